@@ -1,11 +1,13 @@
 """From the options of `batch` to its jobs."""
 
+import contextlib
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from makeup_video.cli.console import log
 from makeup_video.cli.look_options import faces_meant
 from makeup_video.cli.looks_options import LooksOptions
 from makeup_video.cli.many import NewFolders, fields_of
@@ -76,7 +78,10 @@ def open_batch(
         raise UsageError("no input given: add files, a folder, a pattern, or --list CSV")
     if inputs and output is None:
         raise UsageError("-o/--output is missing: give a template such as 'out/{name}-{look}.mp4'")
-    folder = Template(rows[0].output if output is None else output).folder
+    if output is None:
+        folder = _folder_of([row.output for row in rows], listed or "")
+    else:
+        folder = Template(output).folder
     place = folder / _JOURNAL if journal is None else Path(journal)
     if resume and not place.is_file():
         raise UsageError(f"there is no journal {place} to go on with: leave --resume out")
@@ -84,6 +89,9 @@ def open_batch(
     opened = Journal(place)
     try:
         sources = inputs_of(inputs, opened.outputs) if inputs else []
+        left_out = _left_out(inputs, sources)
+        if left_out and not quiet:
+            log(f"{left_out} of the files are outputs of this batch, and are not painted again")
         wanted = [_Wanted(one, output or "", look, how) for one in sources] + rows
         jobs = _jobs(wanted, overwrite, quiet)
         folders.make([look.output for job in jobs for look in job.looks])
@@ -91,6 +99,25 @@ def open_batch(
         opened.close()
         raise
     return BatchJobs(jobs, opened, folder / _PAGE)
+
+
+def _left_out(given: Sequence[str], sources: Sequence[str]) -> int:
+    """How many of the files that were given by their names are no inputs."""
+    kept = set(map(os.path.realpath, sources))
+    named = {os.path.realpath(one) for one in given if os.path.isfile(one)}
+    return len(named - kept)
+
+
+def _folder_of(templates: Sequence[str], listed: str) -> Path:
+    """The folder above all outputs of a list, or that of the list where they share none."""
+    folders = {os.path.abspath(Template(one).folder) for one in templates}
+    if len(folders) == 1:
+        return Template(templates[0]).folder
+    with contextlib.suppress(ValueError):  # they lie on several drives
+        shared = os.path.commonpath(folders)
+        if os.path.dirname(shared) != shared:  # else it is the root of a drive
+            return Path(os.path.relpath(shared))
+    return Path(listed).parent
 
 
 def _listed(
@@ -106,7 +133,8 @@ def _listed(
         changes |= {name: faces_meant(changes[name]) for name in _FACES if name in changes}
         whole = {name: [row.options[name]] for name in _LOOK_COLUMNS if name in row.options}
         if whole:  # in place of the command's own looks
-            none = {"look": None, "ref": None, "looks": None, "catalogue": None, "where": None}
+            of_looks = ("look", "ref", "looks", "catalogue", "where", "ref_face")
+            none: dict[str, Any] = dict.fromkeys(of_looks)
             changes |= none | whole
         times: dict[str, Any] = {name: row.options[name] for name in _TIMES if name in row.options}
         yield _Wanted(
@@ -129,8 +157,10 @@ def _jobs(wanted: Sequence[_Wanted], overwrite: bool, quiet: bool) -> list[Job]:
             if one.where:
                 error.extend(before=f"{one.where}: ")
             raise
-    outputs = [look.output for job in jobs for look in job.looks]
-    check_apart(list(map(Path, outputs)))
+    outputs = [Path(look.output) for job in jobs for look in job.looks]
+    check_apart(
+        outputs, [one.where for one, job in zip(wanted, jobs, strict=True) for _ in job.looks]
+    )
     check_inputs_apart(jobs, files)
     return jobs
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
 
-from makeup_video.pipeline.batch.thumbnails import thumbnails
+from makeup_video.pipeline.batch.thumbnails import thumbnail
 from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.offline.looks import process_looks
@@ -79,6 +79,11 @@ class Job:
         """The results of this job as `moved`, and the places of whole outputs."""
         return results, [at for at, one in enumerate(results) if isinstance(one, Done)]
 
+    def without(self, results: "list[Result]", at: int, error: MakeupVideoError) -> "list[Result]":
+        """The results where the output at this place could not be kept."""
+        failed = Failed(self.looks[at].output, error)
+        return [failed if place == at else one for place, one in enumerate(results)]
+
 
 class JobProgress(NamedTuple):
     """How far a job is: the names of the looks that are being painted, and their frames."""
@@ -92,6 +97,7 @@ class Done(NamedTuple):
     """An output that was written.
 
     size: in bytes.  before, after: JPEG files of a small picture; None where none could be made.
+    Of the looks of one job only the first has `before`.
     """
 
     output: str
@@ -130,7 +136,20 @@ def run_job(job: Job, report: Callable[[JobProgress], None]) -> list[Result]:
         outcomes = _paint(job, report)
     except MakeupVideoError as error:
         return [Failed(one.output, error) for one in job.looks]
-    return [_result(job, one, outcomes[one.output]) for one in job.looks]
+    results: list[Result] = []
+    before: bytes | None = None
+    for one in job.looks:
+        outcome = outcomes[one.output]
+        if isinstance(outcome, MakeupVideoError):
+            results.append(Failed(one.output, outcome))
+            continue
+        # of the input once, since all looks have the same
+        if before is None:
+            before = thumbnail(Path(job.source), float(job.settings.start_seconds or 0))
+            results.append(_done(one.output, outcome, before))
+        else:
+            results.append(_done(one.output, outcome, None))
+    return results
 
 
 def _paint(job: Job, report: Callable[[JobProgress], None]) -> dict[str, Report | MakeupVideoError]:
@@ -152,18 +171,14 @@ def _paint(job: Job, report: Callable[[JobProgress], None]) -> dict[str, Report 
     return {one.output: outcomes[Path(one.output)] for one in job.looks}
 
 
-def _result(job: Job, look: JobLook, outcome: Report | MakeupVideoError) -> Result:
-    if isinstance(outcome, MakeupVideoError):
-        return Failed(look.output, outcome)
-    start = float(job.settings.start_seconds or 0)
-    before, after = thumbnails(job.source, look.output, start)
+def _done(output: str, report: Report, before: bytes | None) -> Done:
     return Done(
-        look.output,
-        os.stat(look.output).st_size,
-        outcome.frames_out,
-        outcome.seconds,
-        tuple(outcome.warnings()),
-        outcome.damaged,
+        output,
+        report.bytes_out,
+        report.frames_out,
+        report.seconds,
+        tuple(report.warnings()),
+        report.damaged,
         before,
-        after,
+        thumbnail(Path(output)),
     )

@@ -14,6 +14,7 @@ import contextlib
 import hashlib
 import json
 import os
+from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import IO, Any, Self
@@ -25,7 +26,12 @@ from makeup_video.pipeline.files.output_file import write_errors
 from makeup_video.pipeline.files.part_file import lock_file
 
 _BEGINS = b'{"event": "'
-_EVENTS = ("begun", "done", "failed")
+# What a line of each event holds, beside the output and its key.
+_HELD = {
+    "begun": {"was"},
+    "done": {name for name in Done._fields if name != "output"},
+    "failed": {"kind", "error"},
+}
 _NOT_OF_THE_RESULT = ("overwrite", "observe", "on_whole")  # settings that change no output
 Entry = dict[str, Any]
 
@@ -94,15 +100,17 @@ class Journal:
         ]  # fmt: skip
         self._append(lines)
 
-    def end(self, job: Job, results: list[Done | Failed]) -> None:
-        """Note what became of the outputs of a job; the files are on the disk before."""
+    def end(self, job: Job, results: Sequence[Done | Failed]) -> list[Done | Failed]:
+        """Note what became of the outputs of a job; the files are on the disk before.
+
+        Returns what was noted: an output that does not get onto the disk has failed.
+        """
         # an input that was replaced meanwhile is not the one that was painted
         keys = {one.output: self._begun.get(one.output) or self._key(job, one) for one in job.looks}
-        for result in results:
-            if isinstance(result, Done):
-                _to_disk(Path(result.output))
+        results = [_to_disk(one) if isinstance(one, Done) else one for one in results]
         lines = [{**_values(one), "key": keys[one.output]} for one in results]
         self._append([{**line, "output": self._name(line["output"])} for line in lines])
+        return results
 
     def _key(self, job: Job, look: JobLook) -> str:
         return key_of(job, look, self._name(job.source))
@@ -127,13 +135,17 @@ class Journal:
         data = self._file.read()
         whole = data.rfind(b"\n") + 1
         for number, line in enumerate(data[:whole].splitlines(), 1):
+            if not line.strip():
+                continue
             entry = _entry(line)
             if entry is None:
                 raise self._is_no_journal(number)
             self._entries[entry["output"]] = entry
         rest = data[whole:]
         if rest:
-            if not rest.startswith(_BEGINS[: len(rest)]):  # another file, which stays as it is
+            # zeros: what some file systems leave of a line after a crash
+            if rest.strip(b"\0") and not rest.startswith(_BEGINS[: len(rest)]):
+                # another file, which stays as it is
                 raise self._is_no_journal(data.count(b"\n") + 1)
             with write_errors(self.path):
                 self._file.truncate(whole)
@@ -208,18 +220,23 @@ def _entry(line: bytes) -> Entry | None:
         entry = json.loads(line)
     except ValueError:
         return None
-    if not isinstance(entry, dict) or entry.get("event") not in _EVENTS:
+    if not isinstance(entry, dict) or entry.get("event") not in _HELD:
         return None
     named = isinstance(entry.get("output"), str) and isinstance(entry.get("key"), str)
-    return entry if named else None
+    return entry if named and _HELD[entry["event"]] <= entry.keys() else None
 
 
-def _to_disk(path: Path) -> None:
-    """Wait until a file and its name are on the disk. Raises OutputError."""
-    with write_errors(path):
-        for place in (path,) if os.name == "nt" else (path, path.parent):
-            number = os.open(place, os.O_RDONLY)
-            try:
-                os.fsync(number)
-            finally:
-                os.close(number)
+def _to_disk(done: Done) -> Done | Failed:
+    """Wait until a file and its name are on the disk. It was whole, and may be elsewhere by now."""
+    path = Path(done.output)
+    try:
+        with write_errors(path), contextlib.suppress(FileNotFoundError):
+            for place in (path,) if os.name == "nt" else (path, path.parent):
+                number = os.open(place, os.O_RDONLY)
+                try:
+                    os.fsync(number)
+                finally:
+                    os.close(number)
+    except MakeupVideoError as error:
+        return Failed(done.output, error)
+    return done

@@ -6,6 +6,7 @@ generator: progress, with `ship` the pieces of its files, and in the end the res
 """
 
 import os
+import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -21,7 +22,13 @@ import ray
 from makeup_video.pipeline.batch.ray_greeting import is_cluster
 from makeup_video.pipeline.engine.jobs import Progress, Result, Task
 from makeup_video.pipeline.engine.processes import Ended, InProgress, perform
-from makeup_video.pipeline.errors import StoppedError, UsageError, WorkerError, option
+from makeup_video.pipeline.errors import (
+    MakeupVideoError,
+    StoppedError,
+    UsageError,
+    WorkerError,
+    option,
+)
 from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.offline.settings import Settings
@@ -61,6 +68,11 @@ class RemoteJob(Protocol):
 
     def brought_back(self, result: Any) -> tuple[Any, list[int]]:
         """The result of this job as `moved`, as if on its own files; places of whole outputs."""
+        ...
+
+    def without(self, result: Any, at: int, error: MakeupVideoError) -> Any:
+        """The result where the output at this place could not be kept; raises the error where
+        nothing is left of it."""
         ...
 
 
@@ -111,6 +123,8 @@ def _check_reachable(address: str) -> None:
 
 def _connect(address: str) -> None:
     """Raises WorkerError."""
+    on_main = threading.current_thread() is threading.main_thread()
+    handler = signal.getsignal(signal.SIGTERM)
     try:
         ray.init(address=address, log_to_driver=False, logging_level="error")
     except (ConnectionError, RuntimeError, ValueError) as error:
@@ -119,6 +133,9 @@ def _connect(address: str) -> None:
             f"{option('ray')}: no cluster at {address} ({reason}): start one with "
             "`ray start --head`"
         ) from error
+    finally:
+        if on_main and handler is not None:  # Ray's own would end the process without a word
+            signal.signal(signal.SIGTERM, handler)
 
 
 def ray_workers(count: int | None = None, *, ship: bool = False) -> "list[RayWorker]":
@@ -133,18 +150,21 @@ def ray_workers(count: int | None = None, *, ship: bool = False) -> "list[RayWor
     if count < 1:
         raise UsageError(f"{option('jobs')} must be at least 1, got {count}")
     files = _SentFiles() if ship else None
-    return [RayWorker(cpus, files) for _ in range(count)]
+    beside = max(1, max(sizes, default=1) // cpus)
+    return [RayWorker(cpus, files, beside) for _ in range(count)]
 
 
 class RayWorker:
     """Does one job at a time on some machine of the cluster; see Worker. The job is a RemoteJob.
 
     A job whose process or machine is lost is tried again elsewhere, up to twice.
-    files: where the machines share no folder.
+    files: where the machines share no folder.  beside: see Worker.
     """
 
-    def __init__(self, cpus: int, files: "_SentFiles | None" = None) -> None:
-        self._cpus, self._files = cpus, files
+    def __init__(
+        self, cpus: int, files: "_SentFiles | None" = None, beside: int | None = None
+    ) -> None:
+        self._cpus, self._files, self.beside = cpus, files, beside
         self._task: Any = None
         self._stopped = False
 
@@ -197,7 +217,10 @@ def _kept(ended: Ended, job: RemoteJob, outputs: "Sequence[_Arriving]") -> Ended
         return ended
     result, whole = job.brought_back(ended.result)
     for at in whole:
-        outputs[at].keep()
+        try:
+            outputs[at].keep()
+        except MakeupVideoError as error:
+            result = job.without(result, at, error)
     return Ended(result)
 
 
@@ -225,12 +248,21 @@ class _Arriving:
         overwrite = job.settings.overwrite
         self._target = OutputFile(self._path, Path(job.source), overwrite=overwrite)
         stack.callback(self._target.discard)
+        self._error: MakeupVideoError | None = None
 
     def append(self, data: bytes) -> None:
-        with write_errors(self._path), self._target.own_path.open("ab") as file:
-            file.write(data)
+        """Write a piece, unless one before it could not be written."""
+        if self._error is None:
+            try:
+                with write_errors(self._path), self._target.own_path.open("ab") as file:
+                    file.write(data)
+            except MakeupVideoError as error:  # of this output alone
+                self._error = error
 
     def keep(self) -> None:
+        """Give the output its name. Raises what a piece of it has raised, too."""
+        if self._error is not None:
+            raise self._error
         self._target.keep()
 
 

@@ -53,7 +53,8 @@ def run_batch(
     Raises StoppedError after Ctrl-C, OutputError when the journal cannot be written. What was being
     written is then removed.
     """
-    share = _MEMORY_SHARE / len(workers)
+    beside = min([one.beside or len(workers) for one in workers] + [len(jobs)])
+    share = _MEMORY_SHARE / max(1, beside)
     run = _Run([replace(job, memory_share=share) for job in jobs], journal, events)
     try:
         run_jobs(do_job, run.begun(), workers, events.progress, run.end)
@@ -87,8 +88,8 @@ class _Run:
             outcome = [Failed(output, outcome) for output in job.outputs]
         # another machine names the files by their full paths, or by those of its own copies
         named = [one._replace(output=name) for one, name in zip(outcome, job.outputs, strict=True)]
-        results = [self._settled(job, at, result) for at, result in enumerate(named)]
-        self._journal.end(job, results)
+        settled = [self._settled(job, at, result) for at, result in enumerate(named)]
+        results = self._journal.end(job, settled)
         self._running.remove(job)
         self.results |= {one.output: one for one in results}
         self._events.ended(job, results)

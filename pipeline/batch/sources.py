@@ -21,8 +21,9 @@ def inputs_of(given: Sequence[str], written: Sequence[Path] = ()) -> list[str]:
     A folder means its videos and pictures, not those of folders in it. A pattern such as
     'clips/**/*.mp4' means every file that it matches.
     written: outputs of this batch, which may lie in the same folder; they are no inputs, and
-    neither are parts of outputs. A file that is given by its name always counts, even if it does
-    not exist: its job then fails alone.
+    neither are parts of outputs. A file that is given by its name counts even if it does not exist,
+    since its job then fails alone; and so does an output of this batch, unless other files are
+    given, too: a shell may have put the names of all files in the place of a pattern.
     Raises UsageError for a folder or a pattern without any file, and where nothing given exists and
     no output was written before.
     """
@@ -36,6 +37,8 @@ def inputs_of(given: Sequence[str], written: Sequence[Path] = ()) -> list[str]:
             files = [file for file in files if _is_input(file, outputs)]
         for file in files:
             found.setdefault(os.path.realpath(file), file)
+    others = {place: file for place, file in found.items() if place not in outputs}
+    found = others or found
     if not outputs and not any(map(os.path.lexists, found)):
         missing = next(iter(found.values()))
         raise UsageError(_NOTHING_IN.format(missing, "does not exist"))

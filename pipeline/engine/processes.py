@@ -52,6 +52,8 @@ class ChildProcess:
     attempts: how often a job is begun whose process dies.
     """
 
+    beside: int | None = None
+
     def __init__(self, attempts: int = 1) -> None:
         self._attempts = attempts
         self._process: Any = None

@@ -48,19 +48,26 @@ def keep_apart(output: Path, read: Path) -> None:
             )
 
 
-def check_apart(outputs: Sequence[Path]) -> None:
-    """Raises UsageError for two outputs that are one file."""
-    places: dict[str, Path] = {}
-    for output in outputs:
+def check_apart(outputs: Sequence[Path], where: Sequence[str] = ()) -> None:
+    """Raises UsageError for two outputs that are one file.
+
+    where: for each output what asks for it, such as a row of a list; "" for nothing to name.
+    """
+    places: dict[str, int] = {}
+    for at, output in enumerate(outputs):
         # case does not count: some disks do not tell A from a
         place = os.path.realpath(target_of(output)).lower()
-        if place in places:
-            raise UsageError(
-                f"two outputs have the name {output}: give each its own"
-                if places[place] == output
-                else f"two outputs are one file: {places[place]} and {output}; give each its own"
-            )
-        places[place] = output
+        first = places.setdefault(place, at)
+        if first == at:
+            continue
+        rows = [where[one] for one in (first, at) if where and where[one]]
+        of_rows = f" ({' and '.join(rows)})" if rows else ""
+        raise UsageError(
+            f"two outputs have the name {output}{of_rows}: give each its own"
+            if outputs[first] == output
+            else f"two outputs are one file: {outputs[first]} and {output}{of_rows}; give each its "
+            "own"
+        )
 
 
 def check_place(output: str, source: Path | None, *, overwrite: bool) -> None:

@@ -59,9 +59,9 @@ class Template:
     def folder(self) -> Path:
         """The folder above all outputs: the part before the first folder with a field."""
         folder = Path(self.text).parent
-        while "{" in str(folder):
+        while _fields_of(str(folder)):
             folder = folder.parent
-        return folder
+        return Path(str(folder).format())  # braces of a name are written twice
 
 
 def _fields_of(text: str) -> list[tuple[str, str, str]]:

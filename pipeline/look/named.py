@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from makeup_video.pipeline.errors import CatalogueError, LookError, UsageError, option
+from makeup_video.pipeline.files.template import in_name
 from makeup_video.pipeline.look.catalogue import Row, rows_of
 from makeup_video.pipeline.look.finishes import FINISHES, product
 from makeup_video.pipeline.look.kinds import PARTS
@@ -147,10 +148,20 @@ def _look_of(row: Row, part: str, finish: str | None) -> NamedLook:
 
 
 def numbered(names: Sequence[str]) -> list[str]:
-    """Names of which equal ones get numbers: nude, nude-2, nude-3."""
-    seen: Counter[str] = Counter()
+    """Names of which those that would be one file get numbers: nude, Nude-2, nude-3."""
+    wanted, used = {file_of(name) for name in names}, set()
+    numbers: Counter[str] = Counter()
     found = []
     for name in names:
-        seen[name] += 1
-        found.append(name if seen[name] == 1 else f"{name}-{seen[name]}")
+        one, key = name, file_of(name)
+        while file_of(one) in used or (one != name and file_of(one) in wanted):
+            numbers[key] += 1
+            one = f"{name}-{numbers[key] + 1}"
+        used.add(file_of(one))
+        found.append(one)
     return found
+
+
+def file_of(name: str) -> str:
+    """What tells two names of files apart: some disks do not tell A from a."""
+    return in_name(name).casefold()

@@ -3,6 +3,7 @@
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -15,7 +16,7 @@ from makeup_video.pipeline.engine.machine import (
     one_opencv_thread,
     peak_memory_bytes,
 )
-from makeup_video.pipeline.errors import MakeupVideoError, UsageError, option
+from makeup_video.pipeline.errors import MakeupVideoError, StoppedError, UsageError, option
 from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.files.output_file import check_apart, check_place
 from makeup_video.pipeline.images.picture_file import is_picture
@@ -69,12 +70,26 @@ def process_looks(
     _check_outputs(path, [Path(output) for output in looks], settings)
     outputs = {Path(output): look for output, look in looks.items()}
     check_memory(FIND_FACES)
+    on_whole, settings = settings.on_whole, replace(settings, on_whole=None)
+    done = _painted(path, outputs, settings, on_progress, memory_share)
+    if on_whole is not None:  # called once: not before the last output is whole
+        on_whole()
+    return done
+
+
+def _painted(
+    path: Path,
+    outputs: Mapping[Path, Look],
+    settings: Settings,
+    on_progress: LooksProgress | None,
+    memory_share: float,
+) -> dict[Path, Outcome]:
     with one_opencv_thread():
         if is_picture(path):
             # late: the face nets and OpenCL take long to load
             from makeup_video.pipeline.offline.looks_on_picture import paint_picture
 
-            check_picture_settings(src, settings)
+            check_picture_settings(path, settings)
             return _timed(partial(paint_picture, path, outputs, settings))
         return _on_film(path, outputs, settings, on_progress, memory_share)
 
@@ -97,19 +112,32 @@ def _on_film(
         raise UsageError("the outputs of several looks of one video must have one extension")
     done: dict[Path, Outcome] = {}
     while rest := {output: look for output, look in looks.items() if output not in done}:
-        source = open_video(path)
+        now = rest
         try:
-            check_start(source, settings.start_seconds)
-            at_once = encoders_at_once(source, next(iter(rest)), settings, memory_share)
-            count = -(-len(rest) // -(-len(rest) // at_once))  # passes of about equal size
-            now = dict(list(rest.items())[:count])
-            tick = None if on_progress is None else partial(on_progress, list(now))
-            done |= _timed(partial(paint_film, source, now, settings, tick))
-        finally:
-            source.close()
-    if settings.on_whole is not None:
-        settings.on_whole()
-    return done
+            source = open_video(path)
+            try:
+                check_start(source, settings.start_seconds)
+                at_once = encoders_at_once(source, next(iter(rest)), settings, memory_share)
+                count = -(-len(rest) // -(-len(rest) // at_once))  # passes of about equal size
+                now = dict(list(rest.items())[:count])
+                tick = None if on_progress is None else partial(on_progress, list(now))
+                more = len(now) < len(rest)
+                done |= _timed(partial(paint_film, source, now, settings, tick, more))
+            finally:
+                source.close()
+        except StoppedError:
+            raise
+        except MakeupVideoError as error:
+            if not done:
+                raise
+            done |= dict.fromkeys(now, error)  # the outputs of earlier passes are whole
+            continue
+        for output in rest.keys() - now.keys():  # a name may have been taken meanwhile
+            try:
+                check_place(os.fspath(output), path, overwrite=settings.overwrite)
+            except MakeupVideoError as error:
+                done[output] = error
+    return {output: done[output] for output in looks}
 
 
 def encoders_at_once(

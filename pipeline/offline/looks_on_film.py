@@ -9,7 +9,7 @@ from typing import Any
 from makeup_video.pipeline.engine.fan_out import FanOut, in_groups
 from makeup_video.pipeline.engine.machine import PAINT_PICTURE, PAINT_VIDEO
 from makeup_video.pipeline.engine.runner import Runner, Stage, StageTimes, Stopwatch
-from makeup_video.pipeline.errors import MakeupVideoError
+from makeup_video.pipeline.errors import MakeupVideoError, StoppedError
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.media.encode import VideoEncoder
@@ -65,10 +65,12 @@ def paint_film(
     looks: Mapping[Path, Look],
     settings: Settings,
     on_progress: Progress | None = None,
+    more: bool = False,
 ) -> dict[Path, Outcome]:
     """Paint every look on the film, each with an encoder of its own; see process_looks.
 
-    looks: by output, one or more, whose names end alike.
+    looks: by output, one or more, whose names end alike.  more: others will follow, so a Ctrl-C
+    while these outputs are finished is not too late, and raises StoppedError.
     """
     film = _Film(looks, settings)
     stages = film.faces(source)
@@ -84,6 +86,8 @@ def paint_film(
         if not all(film.fan.errors):
             raise
     film.remove_parts()
+    if runner.stopped and more:
+        raise StoppedError("stopped by the user")
     return film.outcomes(source, runner)
 
 

@@ -16,6 +16,7 @@ from makeup_video.pipeline.engine.machine import (
     peak_memory_bytes,
 )
 from makeup_video.pipeline.engine.runner import Runner, Stage
+from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.media.decode import Decoder
 from makeup_video.pipeline.media.input_file import VideoSource, open_video
@@ -72,6 +73,10 @@ class SegmentJob:
     def brought_back(self, result: "SegmentResult") -> "tuple[SegmentResult, list[int]]":
         """The result of this job as `moved`, as if on its own files; places of whole outputs."""
         return replace(result, file=replace(result.file, path=self.path)), [0]
+
+    def without(self, result: "SegmentResult", at: int, error: MakeupVideoError) -> "SegmentResult":
+        """Raises the error: nothing is left of a segment whose file could not be kept."""
+        raise error
 
 
 @dataclass(frozen=True, slots=True)

@@ -94,6 +94,41 @@ def test_failed_work_is_done_again_on_request(folder):
     assert frames_in(folder / "out" / "a.mkv") == 20
 
 
+def test_the_journal_of_a_list_lies_above_all_outputs(folder):
+    rows = ["clips/a.mkv,l/anna/{look}.mkv", "clips/b.mkv,l/ben/{look}.mkv"]
+    for order in (rows, rows[::-1]):
+        (folder / "jobs.csv").write_text("\n".join(["in,out", *order, ""]))
+        done = run("batch", "--list", "jobs.csv", "--look", "none", "--codec", "ffv1")
+        assert done.exit_code == 0, done.stderr
+    assert "2 of 2 outputs are in the journal already" in done.stderr
+    assert sorted(path.name for path in (folder / "l").iterdir()) == [
+        "anna", "ben", "index.html", "makeup-video.jsonl",
+    ]  # fmt: skip
+
+
+def test_rows_with_one_output_are_both_named(folder):
+    (folder / "jobs.csv").write_text("in,out\nclips/a.mkv,a.mkv\nclips/b.mkv,a.mkv\n")
+    done = run("batch", "--list", "jobs.csv", "--look", "none")
+    assert done.exit_code == 2
+    assert "the name a.mkv (jobs.csv, line 2 and jobs.csv, line 3): give each" in done.stderr
+
+
+def test_a_look_of_a_row_leaves_the_face_of_the_photo_out(folder):
+    (folder / "jobs.csv").write_text("in,look\nclips/a.mkv,none\n")
+    done = run("batch", "--list", "jobs.csv", "--ref", str(SAMPLES / "look.jpg"), "--ref-face", "0",
+               "--codec", "ffv1", "-o", "{name}-{look}.mkv")  # fmt: skip
+    assert done.exit_code == 0, done.stderr
+
+
+def test_outputs_that_a_shell_gives_as_inputs_are_left_out(folder):
+    words = ("--look", "none", "--codec", "ffv1", "-o", "clips/{name}-{look}.mkv")
+    for inputs in (["a", "b"], ["a", "a-none", "b", "b-none"]):
+        done = run("batch", *(f"clips/{name}.mkv" for name in inputs), *words)
+        assert done.exit_code == 0, done.stderr
+    assert "2 of the files are outputs of this batch, and are not painted again" in done.stderr
+    assert len(list((folder / "clips").glob("*.mkv"))) == 4
+
+
 def test_a_list_gives_each_input_its_own_look(folder):
     (folder / "jobs.csv").write_text(
         "in,out,look,strength,end\nclips/a.mkv,,red.json,50%,0.2\nclips/b.mkv,x/{look}.mkv,,,\n"

@@ -98,6 +98,14 @@ def test_a_stopped_picture_is_whole_or_absent(folder, moment):
     assert sorted(path.name for path in folder.iterdir()) == ["in.mp4", "out.png", "r.json"]
 
 
+def test_a_stop_between_the_looks_of_a_picture_ends_the_run(folder):
+    many = [word for look in ("berry", "cat-eye", "glam") for word in ("--look", look)]
+    words = (str(SAMPLES / "look.jpg"), *many, "-o", "{look}.png")
+    code, lines = run_hooked(PART, "rename", "after", "SIGTERM", *words)
+    assert code == 130 and lines[-1].startswith("stopped")
+    assert 1 <= len(list(folder.glob("*.png"))) < 3
+
+
 def test_points_of_a_whole_drawing_get_their_final_name(folder):
     words = ("inspect", "in.mp4", "-o", "seen.mp4", "--json", "p.json")
     code, lines = run_hooked(PART, "rename", "after", "SIGINT", *words)

@@ -133,6 +133,58 @@ def test_another_file_is_not_taken_for_a_journal(tmp_path, line, end):
     assert path.read_text() == line + end
 
 
+@pytest.mark.parametrize("tail", [b"\n\n", b"\0" * 300])
+def test_what_a_crash_leaves_at_the_end_loses_nothing(tmp_path, tail):
+    first, second = (job_in(tmp_path, name) for name in "ab")
+    path = tmp_path / "j.jsonl"
+    with Journal(path) as journal:
+        journal.begin(first)
+    with path.open("ab") as file:
+        file.write(tail)
+    with Journal(path) as journal:
+        assert journal.entry(first, first.looks[0])["event"] == "begun"
+        journal.begin(second)
+    with Journal(path) as journal:
+        assert len(journal.outputs) == 2
+
+
+@pytest.mark.parametrize("lost", ["size", "before", "damaged"])
+def test_a_line_without_all_that_it_holds_is_named(tmp_path, lost):
+    job, path = job_in(tmp_path), tmp_path / "j.jsonl"
+    with Journal(path) as journal:
+        journal.end(job, [done(job)])
+    entry = json.loads(path.read_text())
+    del entry[lost]
+    path.write_text(json.dumps(entry) + "\n")
+    with pytest.raises(UsageError, match="line 1, is no line of a batch's journal"):
+        Journal(path)
+
+
+def test_an_output_that_is_moved_away_at_once_is_done(tmp_path):
+    job = job_in(tmp_path)
+    with Journal(tmp_path / "j.jsonl") as journal:
+        assert journal.end(job, [done(job)]) == [done(job)]  # there is no such file
+
+
+def test_an_output_that_does_not_reach_the_disk_has_failed(tmp_path, monkeypatch):
+    job, path = job_in(tmp_path), tmp_path / "j.jsonl"
+    fsync = os.fsync
+
+    def broken(number):
+        if "red" in os.readlink(f"/proc/self/fd/{number}"):
+            raise OSError(5, "Input/output error")
+        fsync(number)
+
+    Path(job.looks[0].output).write_bytes(b"done")
+    if not Path("/proc/self/fd").exists():
+        pytest.skip("this system does not tell the names of open files")
+    monkeypatch.setattr(os, "fsync", broken)
+    with Journal(path) as journal:
+        (result,) = journal.end(job, [done(job)])
+        assert isinstance(result, Failed) and "Input/output error" in str(result.error)
+        assert journal.entry(job, job.looks[0])["event"] == "failed"
+
+
 def test_identity_tells_files_of_one_name_apart(tmp_path):
     path = tmp_path / "a"
     assert identity(str(path)) is None

@@ -2,6 +2,7 @@
 
 import os
 import signal
+from dataclasses import replace
 from multiprocessing import active_children
 
 import pytest
@@ -19,7 +20,7 @@ from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.run import local_workers, run_batch
 from makeup_video.pipeline.engine.processes import ChildProcess
 from media import make_clip
-from people import clip, film
+from people import SAMPLES, clip, film
 
 BARE = Look()
 BERRY = Look(lips=product((120, 10, 60), "satin"))
@@ -112,6 +113,39 @@ def test_results_in_a_process_are_those_of_run_job(tmp_path):
     assert there._replace(seconds=0, size=0) == here._replace(seconds=0, size=0)
     assert there.frames == 30 and there.before and there.after
     assert {one.looks for one in seen} == {("x",)}
+
+
+def test_looks_of_one_input_share_its_small_picture(tmp_path):
+    source = tmp_path / "a.jpg"
+    source.write_bytes((SAMPLES / "portrait.jpg").read_bytes())
+    job = replace(job_of(str(source), "x", "y", "z"), settings=Settings())
+    first, *rest = run_job(job, lambda progress: None)
+    assert first.before and not any(one.before for one in rest)
+    assert all(one.after for one in (first, *rest))
+
+
+@pytest.mark.parametrize(
+    ("beside", "workers", "jobs", "share"),
+    [(None, 8, 2, 0.25), (None, 2, 8, 0.25), (4, 100, 9, 0.125), (4, 100, 1, 0.5)],
+)
+def test_jobs_share_the_memory_of_their_machine(tmp_path, beside, workers, jobs, share):
+    shares = []
+
+    class Noting:
+        def __init__(self):
+            self.beside = beside
+
+        def run(self, task, job, report):
+            shares.append(job.memory_share)
+            return [Failed(one.output, UsageError("no")) for one in job.looks]
+
+        def stop(self):
+            pass
+
+    todo = [job_of(str(tmp_path / f"{number}.mp4"), "x") for number in range(jobs)]
+    with Journal(tmp_path / "j.jsonl") as journal:
+        run_batch(todo, journal, Heard(), [Noting() for _ in range(workers)])
+    assert shares == [share] * jobs
 
 
 def test_at_least_one_worker_is_needed():

@@ -36,6 +36,8 @@ def test_outputs_of_the_batch_are_no_inputs(folder):
     assert "clips/b-red.mp4" not in inputs_of(["clips"], written)
     assert "clips/b-red.mp4" not in inputs_of(["clips/*.mp4"], written)
     assert inputs_of(["clips/b-red.mp4"], written) == ["clips/b-red.mp4"]
+    # as a shell writes clips/*.mp4
+    assert inputs_of(["clips/b-red.mp4", "clips/b.mp4"], written) == ["clips/b.mp4"]
 
 
 @pytest.mark.parametrize(

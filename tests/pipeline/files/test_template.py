@@ -71,3 +71,4 @@ def test_the_fixed_folder_is_above_every_output(words, folders):
 
 def test_the_fixed_folder_ends_before_the_first_field():
     assert Template("a/b{look}/c/{name}.mp4").folder == Path("a")
+    assert Template("x}}/y{{1}}/{name}.mp4").folder == Path("x}/y{1}")

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import CatalogueError, Look, LookError, UsageError, product
+from makeup_video.pipeline.files.template import in_name
 from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.named import look_files, looks_of_catalogue, numbered
 
@@ -100,8 +101,9 @@ def test_look_files_of_a_folder_or_a_pattern(tmp_path):
             look_files(str(tmp_path / place))
 
 
-@given(st.lists(st.sampled_from(["nude", "plum", "red"])))
-def test_numbered_names_differ(names):
+@given(st.lists(st.sampled_from(["nude", "Nude", "nude-2", "NUDE-2", "red/1", "red:1", "red-1-3"])))
+def test_numbered_names_are_different_files(names):
     found = numbered(names)
-    assert len(set(found)) == len(found)
+    assert len({in_name(name).casefold() for name in found}) == len(found)
     assert all(one.startswith(name) for one, name in zip(found, names, strict=True))
+    assert set(map(in_name, map(str.casefold, names))) <= {in_name(one).casefold() for one in found}

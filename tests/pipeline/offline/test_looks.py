@@ -1,6 +1,8 @@
 """Several looks of one film or picture: the same files as separate runs write, read only once."""
 
 import os
+import signal
+import time
 from collections import Counter
 from pathlib import Path
 
@@ -9,6 +11,7 @@ import cv2
 import pytest
 from makeup_video.pipeline import (
     Look,
+    MakeupVideoError,
     OutputError,
     Settings,
     StoppedError,
@@ -18,9 +21,11 @@ from makeup_video.pipeline import (
     product,
     ready_look,
 )
+from makeup_video.pipeline.engine.fan_out import FanOut
 from makeup_video.pipeline.faces.net import Net
 from makeup_video.pipeline.look.options import Choice, choose_look
 from makeup_video.pipeline.offline import looks as looks_module
+from makeup_video.pipeline.offline import looks_on_film
 from people import SAMPLES, clip, film, grey
 from rich_clips import rich_clip
 
@@ -164,6 +169,58 @@ def test_an_error_of_one_look_ends_that_look_alone(tmp_path, end):
     assert isinstance(b, OutputError) and "removed or replaced" in str(b)
     assert (a.frames_out, c.frames_out) == (40, 40)
     assert sorted(p.name for p in tmp_path.iterdir()) == [f"a{end}", f"c{end}", "in.mkv"]
+
+
+@pytest.mark.parametrize("lost", ["one", "all"])
+def test_an_error_of_a_later_pass_leaves_the_earlier_ones(tmp_path, monkeypatch, lost):
+    monkeypatch.setattr(looks_module, "_MOST_AT_ONCE", 2)
+    src, looks = film(tmp_path / "in.mkv", clip(6)), paths_of(tmp_path, ".mkv")
+    paint = looks_on_film.paint_film
+
+    def first_pass(*words):
+        done = paint(*words)
+        if lost == "one":
+            (tmp_path / "none.mkv").write_text("mine")
+        else:
+            src.unlink()
+        return done
+
+    monkeypatch.setattr(looks_on_film, "paint_film", first_pass)
+    done = process_looks(src, looks, Settings(codec="ffv1"))
+    assert list(done) == list(looks)
+    failed = {path.stem: one for path, one in done.items() if isinstance(one, MakeupVideoError)}
+    assert set(failed) == ({"none"} if lost == "one" else {"cat", "none"})
+    assert all((tmp_path / f"{name}.mkv").exists() for name in ("berry", "plum"))
+    if lost == "one":
+        assert "exists already" in str(failed["none"])
+        assert (tmp_path / "none.mkv").read_text() == "mine"
+
+
+def test_ctrl_c_while_a_pass_is_finished_ends_the_next_ones(tmp_path, monkeypatch):
+    monkeypatch.setattr(looks_module, "_MOST_AT_ONCE", 2)
+    src, finish = film(tmp_path / "in.mkv", clip(6)), FanOut.finish
+
+    def interrupted(self, stopped):
+        finish(self, stopped)
+        signal.raise_signal(signal.SIGINT)
+        time.sleep(0.5)
+
+    monkeypatch.setattr(FanOut, "finish", interrupted)
+    with pytest.raises(StoppedError):
+        process_looks(src, paths_of(tmp_path, ".mkv"), Settings(codec="ffv1"))
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["berry.mkv", "in.mkv", "plum.mkv"]
+
+
+@pytest.mark.parametrize("name", ["in.mkv", "in.jpg"])
+def test_all_outputs_are_whole_before_it_is_told(tmp_path, name):
+    src, end, there = tmp_path / name, os.path.splitext(name)[1], []
+    if end == ".jpg":
+        cv2.imwrite(str(src), clip(1)[0])
+    else:
+        film(src, clip(2))
+    settings = Settings(on_whole=lambda: there.append(len(list(tmp_path.iterdir())) - 1))
+    process_looks(src, paths_of(tmp_path, end), settings)
+    assert there == [len(LOOKS)]
 
 
 def test_ctrl_c_ends_all_looks_and_leaves_playable_parts(tmp_path):

@@ -29,6 +29,8 @@ def held():
 
 
 class InThisProcess:
+    beside = None
+
     def run(self, task, job, report):
         return task(job, report)
 
