@@ -1,5 +1,6 @@
 """`makeup-video live --ref look.jpg`: paint a look on a camera's picture as it arrives."""
 
+import os
 import time
 from collections.abc import Callable
 from contextlib import ExitStack, closing
@@ -204,7 +205,7 @@ def _outputs(
 class _Sound:
     """The run's sound, opened by the first output that takes sound.
 
-    A microphone that nothing records stays closed.
+    A microphone is open only while something records or streams it.
     """
 
     def __init__(self, camera: "CameraSwitch", opened: "Callable[[], LiveSound | None]") -> None:
@@ -217,9 +218,14 @@ class _Sound:
         camera = self._camera
         # the page may choose another camera, or the same file again, which then begins anew
         playing = None if camera.path is None else (camera.path, camera.changes)
-        if self._opened_for != playing:
-            self.close()
-            self._sound, self._opened_for = self._open(), playing
+        if self._opened_for == playing and self._sound is not None:
+            tap = self._sound.tap()
+            if not self._sound.is_over:
+                return tap
+        elif self._opened_for == playing:
+            return None
+        self.close()
+        self._sound, self._opened_for = self._open(), playing
         return None if self._sound is None else self._sound.tap()
 
     def close(self) -> None:
@@ -230,10 +236,18 @@ class _Sound:
 
 def _recording(camera: "CameraSwitch", sound: _Sound) -> "Recording":
     """A recording that the page starts, in the folder where the command runs."""
+    from makeup_video.pipeline.files.output_file import part_of
     from makeup_video.pipeline.live.sinks.recording import Recording
 
-    name = time.strftime("makeup-%Y%m%d-%H%M%S.mkv")
-    return Recording(name, rate=camera.rate, source=camera.path, sound=sound.tap())
+    begun, tap = time.strftime("makeup-%Y%m%d-%H%M%S"), sound.tap()
+    names = (f"{begun}{number}.mkv" for number in ("", *(f"-{one}" for one in range(2, 100))))
+    name = next(name for name in names if not {name, part_of(Path(name)).name} & set(os.listdir()))
+    try:
+        return Recording(name, rate=camera.rate, source=camera.path, sound=tap)
+    except BaseException:
+        if tap is not None:
+            tap.close()
+        raise
 
 
 def _opened_sound(
@@ -265,7 +279,7 @@ def _opened_sound(
             log_line(f"{error}; the outputs have no audio")
             return None
         log_line(f"the audio comes from the microphone {source.name}; --audio none turns it off")
-    sound = LiveSound(source, log_line)
+    sound = LiveSound(source, log_line, while_tapped=isinstance(source, Microphone))
     sound.start()
     return sound
 

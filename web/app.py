@@ -25,7 +25,7 @@ from makeup_video.web.answers import (
 from makeup_video.web.messages import BYE, error_message
 from makeup_video.web.room import Room
 from makeup_video.web.rooms import Rooms
-from makeup_video.web.same_origin import SameOrigin, is_loopback
+from makeup_video.web.same_origin import SameOrigin, is_this_machine
 from makeup_video.web.session import SeveralFaces
 from makeup_video.web.upload import LOOK_BYTES, Uploads, file_name, read_body
 from makeup_video.web.viewer import Viewer
@@ -48,6 +48,7 @@ _KINDS = {
     ".png": "image/png",
 }
 _JSON = "application/json"
+_CATALOGUE_BYTES = 4_000_000  # the largest catalogues have some thousand rows of 100 bytes
 _TRY_AGAIN_LATER = 1013  # close codes of a WebSocket, RFC 6455
 _GOING_AWAY = 1001
 Log = Callable[[str], None]
@@ -163,20 +164,25 @@ class Endpoints:
         """Start a recording, with `on=1`, or stop it: for the user of this machine alone."""
         room = self._room_of_owner(request)
         on = request.query_params.get("on") == "1"
-        await self._worker.run(lambda: room.session.record(on))
+        if on:
+            await self._worker.run(lambda: room.session.record(True))
+        else:  # at once, whatever the worker does: it only ends a sink
+            room.session.record(False)
         return JSONResponse({"on": on})
 
     async def cameras(self, request: Request) -> Response:
-        """List the cameras and sizes that a page may choose."""
-        session = self._room(request).session
-        return JSONResponse(await self._worker.run(session.cameras))
+        """List the cameras and sizes that a page may choose, for the user of this machine alone."""
+        session, is_owner = self._room(request).session, is_this_machine(request.scope)
+        choices = await self._worker.run(session.cameras) if is_owner else {}
+        return JSONResponse({"is_owner": is_owner, **choices})
 
     async def choose_camera(self, request: Request) -> Response:
         """Use another camera or size: for the user of this machine alone."""
         session = self._room_of_owner(request).session
         name, size = (request.query_params.get(key, "") for key in ("name", "size"))
         await self._worker.run(lambda: session.choose_camera(name, size))
-        return JSONResponse(await self._worker.run(session.cameras))
+        choices = await self._worker.run(session.cameras)
+        return JSONResponse({"is_owner": True, **choices})
 
     async def picture(self, request: Request) -> Response:
         """Serve the newest picture in full size, as PNG; with `both`, beside the one before."""
@@ -191,7 +197,8 @@ class Endpoints:
         """Read an uploaded catalogue of shades, a CSV file, and return it as JSON."""
         self._room(request)
         with self._uploads:
-            data, name = await read_body(request), file_name(request)
+            data = await read_body(request, _CATALOGUE_BYTES, "the catalogue")
+            name = file_name(request)
             text = await self._worker.run(lambda: shades_message(name, data))
         return Response(text, media_type=_JSON)
 
@@ -210,7 +217,7 @@ class Endpoints:
     def _room_of_owner(self, request: Request) -> Room:
         """The room of a page that is shown on this machine: others may not use its camera."""
         room = self._room(request)
-        if request.client is None or not is_loopback(request.client.host):
+        if not is_this_machine(request.scope):
             raise HTTPException(403, "only a page on the machine of the camera may do this")
         return room
 

@@ -24,12 +24,15 @@ _READ_BYTES = 4096
 # tenth of a core. Long messages cost more to handle than to read, hence the limit in bytes.
 _REST = 9.0
 _BYTES_A_SECOND = 2_000_000
+_STUCK = 5  # times that the limit for a header may pass while none of a response is sent
 
 
 class Requests(H11Protocol):
     """HTTP that aborts a connection when a request's header does not arrive in time."""
 
     _waiting: asyncio.TimerHandle | None = None
+    _unsent = 0  # bytes of the last response, when the timer was started
+    _stuck = 0  # how often in a row none of them had been taken when it ended
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -58,7 +61,21 @@ class Requests(H11Protocol):
         if is_answering or is_web_socket:
             self._stop_waiting()
         elif self._waiting is None:
-            self._waiting = self.loop.call_later(_HEADER_SECONDS, self.transport.abort)
+            self._wait()
+
+    def _wait(self) -> None:
+        self._unsent = self.transport.get_write_buffer_size()
+        self._waiting = self.loop.call_later(_HEADER_SECONDS, self._end_or_wait)
+
+    def _end_or_wait(self) -> None:
+        """Abort, unless the last response is still on its way over a slow network."""
+        unsent = self.transport.get_write_buffer_size()
+        self._stuck = self._stuck + 1 if unsent >= self._unsent else 0
+        # the system takes more only once it has sent a megabyte or so
+        if self._stuck and (not unsent or self._stuck > _STUCK):
+            self.transport.abort()
+        else:
+            self._wait()
 
     def _stop_waiting(self) -> None:
         if self._waiting is not None:

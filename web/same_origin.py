@@ -24,6 +24,7 @@ _SAFE = {
     "cache-control": "no-store",
 }
 
+_MAPPED = "::ffff:"  # an IPv4 address as a socket for both versions shows it
 _PORTS = {"http": 80, "https": 443}  # which browsers leave out
 
 
@@ -86,9 +87,18 @@ def _same_site(scope: Scope, headers: Mapping[str, str], acts: bool) -> bool:
 def is_loopback(host: str) -> bool:
     """Whether an IP address is one by which this machine reaches itself."""
     try:
-        return ip_address(host).is_loopback
+        return ip_address(host.removeprefix(_MAPPED)).is_loopback
     except ValueError:
         return False
+
+
+def is_this_machine(scope: Scope) -> bool:
+    """Whether a request comes from the machine of the server: from a loopback address, or from the
+    very address that it was sent to."""
+    client, server = scope.get("client"), scope.get("server")
+    if not client:
+        return False
+    return is_loopback(client[0]) or bool(server and client[0] == server[0])
 
 
 def _is_ip(name: str) -> bool:

@@ -152,7 +152,8 @@ def _listen(host: str, port: int) -> socket.socket:
         raise UsageError(f"{option('port')} must be in 0..65535, got {port}")
     try:
         family, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-        listening = socket.create_server(address, family=family)
+        both = host == "::" and socket.has_dualstack_ipv6()  # as people expect of "every address"
+        listening = socket.create_server(address, family=family, dualstack_ipv6=both)
         # asyncio sends without delay (TCP_NODELAY) where a socket names its protocol, and accepted
         # sockets take it over. Otherwise the kernel may hold back the end of a picture, until the
         # page acknowledges what came before: up to 40 ms.

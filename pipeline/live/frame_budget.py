@@ -52,6 +52,7 @@ class Budget:
         interval_seconds: from the arrival of the last painted frame to that of this one.
         dropped: number of frames that the camera gave in between and that were dropped.
         """
+        dropped = max(0, dropped)  # of two cameras, while one takes the other's place
         if interval_seconds <= 0 or interval_seconds / (1 + dropped) > 1:
             return self.level  # the clock was set, or the camera was away
         self._seconds += interval_seconds

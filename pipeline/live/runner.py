@@ -113,7 +113,14 @@ class LiveRunner:
             self.outlets = [*self.outlets, outlet]  # replaced, since other threads go over it
             self._others.add(name)
             self._running.add(name)
-        self._start_thread(name, partial(self._run_sink, outlet))
+        try:
+            self._start_thread(name, partial(self._run_sink, outlet))
+        except RuntimeError:  # no thread is left: `run` must not wait for it
+            outlet.is_over = True
+            with self._ended:
+                self._running.discard(name)
+                self._others.discard(name)
+            raise
 
     def end(self, sink: LiveSink) -> None:
         """Let a sink finish with what it has, from any thread; the run goes on."""

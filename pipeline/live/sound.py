@@ -42,18 +42,27 @@ class SoundSource(Protocol):
 
 
 class SoundTap:
-    """One sink's end: the blocks that have come since the sink last took them."""
+    """One sink's end: the blocks that have come since the sink last took them.
 
-    def __init__(self, name: str, channels: int) -> None:
-        self.name, self.channels = name, channels
+    on_close: called once, when the sink takes no more.
+    """
+
+    def __init__(
+        self, name: str, channels: int, on_close: Callable[[], None] | None = None
+    ) -> None:
+        self.name, self.channels, self._on_close = name, channels, on_close
         self._blocks: deque[SoundBlock] = deque()
         self._lock = threading.Lock()
         self.is_closed = False
 
     def close(self) -> None:
         """Take no more blocks."""
+        if self.is_closed:
+            return
         self.is_closed = True
         self.take()
+        if self._on_close is not None:
+            self._on_close()
 
     def put(self, block: SoundBlock) -> None:
         if self.is_closed:
@@ -74,10 +83,13 @@ class LiveSound:
     """Reads a source from `start` until `close`, and hands every block to all taps.
 
     log: called with a line of text when the source fails; the pictures go on.
+    while_tapped: the source is closed when the last tap is, as a microphone should be.
     """
 
-    def __init__(self, source: SoundSource, log: Callable[[str], None]) -> None:
-        self._source, self._log = source, log
+    def __init__(
+        self, source: SoundSource, log: Callable[[str], None], *, while_tapped: bool = False
+    ) -> None:
+        self._source, self._log, self._while_tapped = source, log, while_tapped
         self._taps: list[SoundTap] = []
         self._is_closing = False
         self._thread = threading.Thread(target=self._run, name="makeup-sound", daemon=True)
@@ -88,10 +100,15 @@ class LiveSound:
 
     def tap(self) -> SoundTap:
         """Make a further sink's end. Raises nothing; may be called while the sound runs."""
-        tap = SoundTap(self._source.name, self._source.channels)
+        tap = SoundTap(self._source.name, self._source.channels, self._tap_closed)
         # replaced, since the thread goes over the old list
         self._taps = [*(one for one in self._taps if not one.is_closed), tap]
         return tap
+
+    @property
+    def is_over(self) -> bool:
+        """True once it gives no more sound."""
+        return self._is_closing or bool(self._thread.ident and not self._thread.is_alive())
 
     def start(self) -> None:
         self._thread.start()
@@ -102,6 +119,11 @@ class LiveSound:
         self._source.close()
         if self._thread.is_alive():
             self._thread.join(1)
+
+    def _tap_closed(self) -> None:
+        if self._while_tapped and all(tap.is_closed for tap in self._taps):
+            self._is_closing = True
+            self._source.close()
 
     def _run(self) -> None:
         try:

@@ -18,6 +18,7 @@ _WINDOW_SECONDS = 2.0
 _CORRECTED_IN_SECONDS = 0.5  # how fast a small error is stretched away
 _MOST_STRETCH = 0.004
 _GAP_SECONDS = 0.04  # a larger error is filled with silence or cut out, as is any at the start
+_LOST_SECONDS = 0.25  # arrivals that are late for so long are not late: samples were lost before
 _BEHIND_SECONDS = 0.5  # a source this far behind the pictures counts as silent
 
 
@@ -34,6 +35,8 @@ class SteadySound:
         # (sample number, time of the source's sample 0) of those arrivals that are, or may become,
         # the earliest; times increase
         self._least: deque[tuple[int, float]] = deque()
+        # (sample number, time of arrival) from which on all blocks came late
+        self._late_from: tuple[int, float] | None = None
         self.count = 0  # samples that went out
         self.silent = 0
 
@@ -72,12 +75,30 @@ class SteadySound:
         zero = block.begins_seconds - self._in / RATE
         if self._least and abs(zero - self._least[0][1]) > 1:
             self._least.clear()  # the source paused, or plays another pass
+        self._forget_what_was_lost(zero, block)
         while self._least and self._least[-1][1] >= zero:
             self._least.pop()
         self._least.append((self._in, zero))
         while self._least[0][0] < self._in - _WINDOW_SECONDS * RATE:
             self._least.popleft()
         return self._least[0][1] + self._in / RATE
+
+    def _forget_what_was_lost(self, zero: float, block: SoundBlock) -> None:
+        """Leave out the arrivals from before a loss of samples, once it is one.
+
+        After a thread that did not run for a while, the blocks that waited arrive at once.
+        """
+        if not self._least or zero - self._least[0][1] <= _GAP_SECONDS:
+            self._late_from = None
+            return
+        arrived = block.begins_seconds + block.samples.shape[1] / RATE
+        if self._late_from is None:
+            self._late_from = self._in, arrived
+        first, since = self._late_from
+        if arrived - since > _LOST_SECONDS:
+            while self._least and self._least[0][0] < first:
+                self._least.popleft()
+            self._late_from = None
 
     def _silence(self, count: int) -> Iterator[np.ndarray]:
         for begin in range(0, count, RATE):

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import httpx
 import pytest
-from makeup_video.web import connection
+from makeup_video.web import app, connection
 from makeup_video.web.connection import Connection
 from shows import RED, Page, StandIn, serving
 from uvicorn import Config
@@ -111,6 +111,25 @@ def test_endless_empty_parts_of_a_message_close_it():
     for _ in range(100):
         peer.handle_cont(empty)
     assert peer.transport.abort.called
+
+
+def test_a_long_answer_over_a_slow_network_arrives_whole(hurried, monkeypatch):
+    """The time for the next header begins while the end of an answer is still being sent."""
+    body, limit = b"x" * 8_000_000, connection._HEADER_SECONDS
+    monkeypatch.setattr(app, "ready_looks_message", lambda looks: body)
+    with opened(hurried) as raw:
+        raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        host = urlsplit(hurried).netloc.encode()
+        raw.sendall(b"GET /looks HTTP/1.1\r\nHost: " + host + b"\r\n\r\n")
+        count, until = 0, time.monotonic() + 5 * limit
+        while time.monotonic() < until:  # slowly, for much longer than the limit
+            count += len(raw.recv(100_000))
+            time.sleep(limit / 10)
+        while data := raw.recv(1_000_000):
+            count += len(data)
+            if count > len(body):
+                break
+    assert count > len(body)
 
 
 def test_photos_and_web_sockets_may_outlast_the_header_limit(hurried):

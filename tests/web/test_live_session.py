@@ -192,10 +192,12 @@ def test_a_recording_that_failed_can_be_started_again():
 
 
 def test_another_machine_starts_no_recording(parts, monkeypatch):
-    monkeypatch.setattr("makeup_video.web.app.is_loopback", lambda host: False)
+    monkeypatch.setattr("makeup_video.web.app.is_this_machine", lambda scope: False)
     with serving(parts[3]) as url, Page(url) as page:
         answer = page.post("/recording", b"")
         assert answer.status_code == 403 and "machine of the camera" in answer.json()["error"]
+        where = f"{url}/camera?session={page.hello['session']}"
+        assert httpx.get(where).json() == {"is_owner": False}
         monkeypatch.undo()
         assert "records nothing" in page.post("/recording", b"").json()["error"]
 
@@ -214,9 +216,10 @@ def test_the_camera_is_chosen_while_nothing_needs_its_size():
     run, cameras = Run(), Cameras()
     session = LiveShow(run, PreviewSink(PreviewJpeg()), None, lambda: List("talk.mkv"), cameras)
     with serving(session) as url, Page(url) as page:
-        assert httpx.get(f"{url}/camera?session=live").json() == cameras.choices()
+        chosen = {"is_owner": True, **cameras.choices()}
+        assert httpx.get(f"{url}/camera?session=live").json() == chosen
         where = "/camera?session=live&name=/dev/video1&size=640x480"
-        assert post(url, where, b"").json() == cameras.choices()
+        assert post(url, where, b"").json() == chosen
         page.post("/recording", b"")
         post(url, "/recording?session=live&on=1", b"")
         answer = post(url, where, b"")

@@ -38,6 +38,18 @@ def test_a_recording_is_started_and_stopped_with_its_sound(chromium, visit, tmp_
     assert f"{path.name} got" in served.lines[-1] and "audio from clap.mp4" in served.lines[-1]
 
 
+def test_two_presses_in_a_row_start_and_stop_a_recording(live, visit, tmp_path):
+    page = visit(live)
+    for is_on in ("true", "false", "true", "false"):
+        page.page.click("#record-button")
+        pressed = "document.getElementById('record-button').ariaPressed"
+        page.page.wait_for_function(f"() => {pressed} === '{is_on}'", timeout=2000)
+    page.until(lambda: len(list(tmp_path.glob("makeup-*.mkv"))) == 2)
+    page.page.wait_for_timeout(700)
+    assert "REC" not in figures(page)
+    assert page.page.inner_text("#error") == ""
+
+
 def test_the_looks_are_shown_on_whom_the_camera_sees(live, visit):
     page = visit(live)
     shown = "() => document.querySelector('#ready img:not([hidden])')?.src"

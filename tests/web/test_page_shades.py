@@ -118,6 +118,25 @@ def centre(page):
     return rgb8[h // 2 - half : h // 2 + half, w // 2 - half : w // 2 + half].astype(int)
 
 
+def test_a_drag_that_ends_beside_the_picture_ends(page):
+    page.page.wait_for_timeout(300)
+    page.page.click("#zoom-button")
+    page.until(lambda: page.page.get_attribute("#zoom-button", "aria-pressed") == "true")
+    box = page.page.locator("#frame").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.page.mouse.move(x, y)
+    page.page.mouse.down()
+    page.page.mouse.move(x - 30, y)
+    page.page.mouse.move(1, 1)  # beside it
+    page.page.mouse.up()
+    page.page.mouse.move(x, y)
+    page.page.wait_for_timeout(300)
+    before = page.picture().astype(int)
+    page.page.mouse.move(x + 60, y + 40, steps=5)
+    page.page.wait_for_timeout(500)
+    assert np.abs(page.picture().astype(int) - before).mean() < 1
+
+
 def test_zoom_enlarges_the_middle_and_arrows_move_it(page):
     page.page.wait_for_timeout(300)
     whole = page.picture().astype(int)

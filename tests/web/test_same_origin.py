@@ -9,6 +9,7 @@ import httpx
 import pytest
 from makeup_video.web.app import make_app
 from makeup_video.web.rooms import Rooms
+from makeup_video.web.same_origin import is_this_machine
 from makeup_video.web.worker import Worker
 from shows import StandIn, serving
 from websockets.exceptions import InvalidStatus
@@ -93,6 +94,23 @@ def refusal(url, named, **options):
     ):
         pass
     return caught.value.response.status_code
+
+
+@pytest.mark.parametrize(
+    ("client", "server", "is_ours"),
+    [
+        ("127.0.0.1", "127.0.0.1", True),
+        ("::1", "::1", True),
+        ("::ffff:127.0.0.1", "::ffff:127.0.0.1", True),
+        ("192.0.2.7", "192.0.2.7", True),  # this machine at its own address in the network
+        ("192.0.2.8", "192.0.2.7", False),
+        ("::ffff:192.0.2.8", "::ffff:192.0.2.7", False),
+        (None, "127.0.0.1", False),
+    ],
+)
+def test_this_machine_is_told_by_its_addresses(client, server, is_ours):
+    scope = {"client": client and (client, 5000), "server": (server, 8000)}
+    assert is_this_machine(scope) is is_ours
 
 
 def test_two_origin_headers_are_refused():

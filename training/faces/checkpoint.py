@@ -18,7 +18,8 @@ class Checkpoint:
     def __init__(
         self, path: Path, net: nn.Module, optimizer: torch.optim.Optimizer, decay: float
     ) -> None:
-        """decay: of the running average, per step."""
+        """decay: of the running average, per step. The folder of the file is made."""
+        path.parent.mkdir(parents=True, exist_ok=True)
         self.path, self.net, self.optimizer, self.decay = path, net, optimizer, decay
         self.average = AveragedModel(
             net, multi_avg_fn=get_ema_multi_avg_fn(decay), use_buffers=True
@@ -42,7 +43,7 @@ class Checkpoint:
                 f"{self.path} is finished: it has {self.step} steps, and {steps} were asked for; "
                 "move it away to start again, or ask for more samples"
             )
-        print("resumed at step", self.step)
+        print(f"{self.path} is resumed at step {self.step}: to begin anew, move it away")
 
     def start_from(self, path: Path) -> None:
         """Take over the averaged weights of another run, at step 0 with a new optimizer."""

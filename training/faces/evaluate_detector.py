@@ -85,7 +85,7 @@ class Trials(Scenes):
     def decoys(self) -> Drawn:
         """Hands, skin and heads without a face."""
         scene = self._ground(SCENE, SCENE)
-        self._decoys(scene, "empty", [])
+        self._decoys(scene, "empty")
         return scene, np.zeros((0, 4))
 
     def _one(self, unit: float, centre: np.ndarray) -> Drawn:

@@ -7,8 +7,6 @@ written if it exists: NET_int8.pt beside NET.pt.
 """
 
 import argparse
-import hashlib
-import json
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +21,7 @@ from makeup_video.training.faces.fake_quantise import KEPT, rounded, roundings
 from makeup_video.training.faces.infer import Net, from_onnx
 from makeup_video.training.faces.model import build, normalise
 from makeup_video.training.faces.train_detector import Detector
+from makeup_video.training.list_hashes import list_hashes
 from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
 from onnxruntime.quantization.shape_inference import quant_pre_process
 from torch import Tensor, nn
@@ -101,7 +100,13 @@ def write(name: str, source: Path, path: Path, crops: np.ndarray) -> None:
     axes = {key: {0: "n"} for key in ("rgb8", *OUTPUTS[name])}
     if name == "detector":
         axes = {"rgb8": {0: "n", 1: "h", 2: "w"}, "cells": {0: "n", 2: "rows", 3: "columns"}}
-    if source.with_name(f"{name}_int8.pt").exists():
+    integers = source.with_name(f"{name}_int8.pt")
+    if integers.exists():
+        if integers.stat().st_mtime < source.stat().st_mtime:
+            raise SystemExit(
+                f"{integers} is older than {source}, and would be written in its place: run "
+                f"train_quantised {name} again, or move it away"
+            )
         module = Integers(load_rounded(source), OUTPUTS[name])
         to_onnx(module, path, crops, OUTPUTS[name], axes, True, KEPT.get(name, ()))
     else:
@@ -152,14 +157,6 @@ def fuse(path: Path) -> None:
     options.log_severity_level = 3  # hides warnings about unused constants that torch wrote
     providers = ["CPUExecutionProvider"]
     onnxruntime.InferenceSession(path.read_bytes(), options, providers=providers)
-
-
-def list_hashes(folder: Path) -> None:
-    """Write sha256.json, against which the product checks its weights; print their size."""
-    files = sorted(folder.glob("*.onnx")) + sorted(folder.glob("*.npy"))
-    hashes = {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
-    (folder / "sha256.json").write_text(json.dumps(hashes, indent=2) + "\n")
-    print(f"{sum(file.stat().st_size for file in files) / 1e6:.2f} MB in all")
 
 
 def halve(path: Path) -> None:

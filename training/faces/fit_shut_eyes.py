@@ -19,7 +19,7 @@ from makeup_video.pipeline.faces.nets import FaceNets
 from makeup_video.pipeline.faces.shut_eyes import numbers_of
 from makeup_video.pipeline.frames.views import RgbPicture
 from makeup_video.training.faces.evaluate import read_rgb
-from makeup_video.training.faces.export import list_hashes
+from makeup_video.training.list_hashes import list_hashes
 from makeup_video.training.worn.fit_colours import fit
 from makeup_video.training.worn.scores import area_under_curve
 
@@ -56,6 +56,7 @@ def main() -> None:
     parser.add_argument("--faces", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
     numbers, shut = map(np.array, zip(*labelled(options.faces), strict=True))
     scores = np.zeros(len(shut))
     for held in np.array_split(np.arange(len(shut)), FOLDS):  # neighbours are of one person

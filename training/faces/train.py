@@ -117,7 +117,7 @@ def validate(net: nn.Module, faces: Faces, name: str) -> str:
     cropper = Cropper(faces, SPECS[name], seed=1, augment=False)
     index = np.flatnonzero(faces.folder != "covered")
     errors, overlaps = [], []
-    for part in np.array_split(index, len(index) // 64):
+    for part in np.array_split(index, max(1, len(index) // 64)):
         rgb8, target, _, _, *mask = tensors(cropper.batch(len(part), part))
         points, _, *painted = net(normalise(rgb8).to(memory_format=torch.channels_last))
         if mask:
@@ -177,6 +177,9 @@ def main() -> None:
     parser.add_argument("--start", type=Path, help="begin with the weights of this checkpoint")
     options = parser.parse_args()
     torch.set_num_threads(2)
+    masks = options.data.with_name("lipmasks.npz")
+    if options.net == "lips" and not masks.exists():
+        raise SystemExit(f"{masks} is missing: make it with training.faces.lip_masks")
     faces, held_out = Faces(options.data, False), Faces(options.data, True)
     steps = int(options.samples / BATCH)
     run = beginning(options, faces, steps)

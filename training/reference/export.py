@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 import torch
 from makeup_video.training.faces.checkpoint import averaged_weights
-from makeup_video.training.faces.export import Exported, list_hashes, quantize, to_onnx
+from makeup_video.training.faces.export import Exported, quantize, to_onnx
+from makeup_video.training.list_hashes import list_hashes
 from makeup_video.training.reference.fixed_crops import fixed_crops
 from makeup_video.training.reference.model import ReferenceNet
 from makeup_video.training.reference.rendered_crops import renderer

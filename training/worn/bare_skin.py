@@ -27,6 +27,7 @@ from makeup_video.pipeline.reference.fit_lips import shown_by_lips
 from makeup_video.pipeline.reference.neutral_face import NeutralFace, neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.apply_look import PaintPictures
+from makeup_video.training.list_hashes import list_hashes
 from makeup_video.training.worn.prepare import labelled_faces
 
 SETS = {"portraits": 3, "wild": 4}  # every third, every fourth face
@@ -109,6 +110,7 @@ def measure(folder: Path, out: Path) -> None:
     )
     blurred[..., :3] /= np.maximum(blurred[..., 3:], 1e-3)
     np.save(out / "bare_cheeks.npy", blurred.astype(np.float16))
+    list_hashes(out)
     print(f"{len(eyes)} faces; lips {np.median(lips, axis=0).round(3).tolist()}")
     print(f"near their border, and further in: {np.median(bands, axis=0).round(3).tolist()}")
     for name in ("blush", "lips"):

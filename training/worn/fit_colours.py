@@ -17,6 +17,7 @@ from makeup_video.pipeline.reference.colours import Colours, areas, with_distanc
 from makeup_video.pipeline.reference.flat_lips import middles
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
+from makeup_video.training.list_hashes import list_hashes
 from makeup_video.training.worn.prepare import LABELS, labelled_faces
 from makeup_video.training.worn.scores import UNKNOWN, logistic
 
@@ -98,6 +99,7 @@ def main() -> None:
         for here, is_worn in list(zip(known.T, worn.T, strict=True))[1:]
     ]
     np.save(options.out / "worn_colours.npy", np.array(fitted, np.float32))
+    list_hashes(options.out)
 
 
 if __name__ == "__main__":

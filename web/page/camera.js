@@ -5,12 +5,18 @@ import { el } from "./elements.js";
 const section = document.getElementById("camera");
 const NO_ANSWER = "The camera could not be changed: the server does not answer.";
 
-/** Show what may be chosen. session: its name.  onError(text): shows a refusal; "" clears it. */
-export async function showCameras(session, onError) {
+/**
+ * Show what may be chosen. session: its name.  onOwner(isOwner): told whether this is the machine of
+ * the camera.  onError(text): shows a refusal; "" clears it.
+ */
+export async function showCameras(session, onOwner, onError) {
   const address = `/camera?session=${encodeURIComponent(session)}`;
   try {
     const response = await fetch(address);
-    if (response.ok) show(await response.json(), address, onError);
+    if (!response.ok) return;
+    const choices = await response.json();
+    onOwner(choices.is_owner);
+    show(choices, address, onError);
   } catch {
     section.hidden = true; // the connection is lost, and the next hello asks again
   }

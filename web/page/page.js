@@ -90,8 +90,7 @@ function welcome(message) {
   document.title = `makeup-video ${hello.mode}`;
   document.body.dataset.mode = hello.mode;
   byId("mirror-button").hidden = hello.mode === "demo"; // only of use before a camera
-  showRecord(hello.mode === "live");
-  if (hello.mode === "live") showCameras(hello.session, showError);
+  if (hello.mode === "live") showCameras(hello.session, showRecord, showError);
   store.start(hello.look, forgotten ? store.photoLook : (hello.photo?.look ?? null));
   controls ??= new Controls(hello, store, shades, openShades);
   photos.start(hello);

@@ -14,7 +14,9 @@ export function wireRecord(session, onError) {
     try {
       const address = `/recording?session=${encodeURIComponent(session())}&on=${on ? 1 : 0}`;
       const response = await fetch(address, { method: "POST" });
-      if (!response.ok) onError((await response.json()).error);
+      const answer = await response.json();
+      if (response.ok) button.setAttribute("aria-pressed", answer.on);
+      else onError(answer.error);
     } catch {
       onError(NO_ANSWER);
     }
@@ -22,8 +24,9 @@ export function wireRecord(session, onError) {
   };
 }
 
-export function showRecord(isLive) {
-  button.hidden = !isLive;
+/** Show the button to the user of the camera's machine alone: others may not record. */
+export function showRecord(isOwner) {
+  button.hidden = !isOwner;
 }
 
 /** "1:02:03" or "2:03". */
@@ -36,7 +39,7 @@ function time(seconds) {
 /** [text, class, title] for each recording and stream that runs; presses the button to match. */
 export function outputs(sinks = []) {
   const running = sinks.filter(({ is_over: isOver }) => !isOver);
-  const isByPage = ({ kind, name }) => kind === "recording" && /^makeup-\d{8}-\d{6}\.mkv$/.test(name);
+  const isByPage = ({ kind, name }) => kind === "recording" && /^makeup-\d{8}-\d{6}(-\d+)?\.mkv$/.test(name);
   button.setAttribute("aria-pressed", running.some(isByPage));
   return running.flatMap(({ kind, name, seconds }) => {
     if (kind === "recording") return [[`● REC ${time(seconds)}`, "recording", name]];

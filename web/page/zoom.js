@@ -20,8 +20,9 @@ export class Zoom {
     frame.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
     frame.addEventListener("pointerdown", (event) => this.#down(event), { capture: true });
     frame.addEventListener("pointermove", (event) => this.#move(event), { capture: true });
+    // of the window, since a drag may end beside the picture
     for (const type of ["pointerup", "pointercancel"])
-      frame.addEventListener(type, (event) => this.#fingers.delete(event.pointerId), {
+      window.addEventListener(type, (event) => this.#fingers.delete(event.pointerId), {
         capture: true,
       });
     frame.addEventListener("keydown", (event) => this.#key(event));
@@ -80,6 +81,7 @@ export class Zoom {
   }
 
   #down(event) {
+    if (event.button) return; // another one than a mouse's first
     this.#fingers.set(event.pointerId, this.#placeOf(event));
     if (this.#fingers.size > 1) event.stopPropagation(); // two fingers move no divider
   }
@@ -87,6 +89,10 @@ export class Zoom {
   #move(event) {
     const before = this.#fingers.get(event.pointerId);
     if (!before) return;
+    if (event.pointerType === "mouse" && !event.buttons) {
+      this.#fingers.delete(event.pointerId); // released outside the window
+      return;
+    }
     const now = this.#placeOf(event);
     const other = [...this.#fingers].find(([id]) => id !== event.pointerId)?.[1];
     this.#fingers.set(event.pointerId, now);

@@ -110,7 +110,7 @@ class DeviceCamera:
         self.rate = Fraction(request.rate or 30)
         self.name = name or ""
         self.dropped = self.damaged = 0
-        self.notice = ""
+        self.notice = self._gone = ""  # gone: the name of the camera that a notice is about
         self._normalise = NormaliseCamera(is_device=True)
         self._closing = Event()
         self._news = Condition()
@@ -160,6 +160,8 @@ class DeviceCamera:
         if notice == self.notice:
             return
         self.notice = notice
+        if notice:
+            self._gone = self.name
         self._log(line or notice)
 
     # -- the reading thread --------------------------------------------------------------------
@@ -263,7 +265,9 @@ class DeviceCamera:
             self._newest = frame
             self._news.notify_all()
         if self.notice:
-            self._notify("", f"camera {self.name} is back")
+            is_same = self._gone == self.name
+            how = "is back" if is_same else f"is used in place of {self._gone}"
+            self._notify("", f"camera {self.name} {how}")
 
     # -- opening -------------------------------------------------------------------------------
 

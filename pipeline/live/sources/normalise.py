@@ -18,6 +18,9 @@ from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 _LIVE = PLAYS_EVERYWHERE._replace(name="live", pix_fmts=("yuv420p",))
 # DV, HDV and anamorphic film have 8:15 to 2; values beyond these limits are errors
 _ASPECTS = Fraction(1, 4), Fraction(4)
+# MP4 and MPEG-TS count in 1/90000 s, and take no two pictures of one time. A picture that was read
+# late has a later time than the next one has, if that one waited for the thread that reads.
+_LEAST_STEP_US = 100
 
 
 class NormaliseCamera:
@@ -38,7 +41,7 @@ class NormaliseCamera:
         self._aspect = aspect if _ASPECTS[0] <= aspect <= _ASPECTS[1] else Fraction(1)
         self._convert = ConvertPixelFormat(_LIVE)
         self._source: tuple[int, int, str] | None = None  # size and layout of the last picture
-        self._last_us = -1
+        self._last_us = -_LEAST_STEP_US
         self.size_wh: tuple[int, int] | None = None
         self._range: int | None = None
 
@@ -56,7 +59,9 @@ class NormaliseCamera:
         if self._is_device:
             _fill_in_tags(picture)
         picture = self._like_the_first(picture)
-        self._last_us = max(self._last_us + 1, int(arrived_seconds * LIVE_TIME_BASE.denominator))
+        self._last_us = max(
+            self._last_us + _LEAST_STEP_US, int(arrived_seconds * LIVE_TIME_BASE.denominator)
+        )
         picture.pts, picture.time_base = self._last_us, LIVE_TIME_BASE
         picture.pict_type = 0  # the source's I/P/B choices must not become the encoder's
         tags = ColourTags.of(picture)

@@ -56,6 +56,28 @@ def test_lost_samples_are_made_good_within_seconds():
     assert late.max() < 0.035
 
 
+@pytest.mark.parametrize("lost_ms", [100, 300, 600, 900])
+def test_a_loss_of_samples_is_made_good_within_half_a_second(lost_ms):
+    claps = np.arange(5, 40, 0.7)
+    got = heard(card(40, claps, late_ms=5, lost=range(2000, 2000 + lost_ms // 10)))  # from 20 s on
+    after = claps[claps > 20.6 + lost_ms / 1000]
+    assert all(np.abs(got - clap).min() < 0.02 for clap in after)
+
+
+@pytest.mark.parametrize("held_ms", [100, 300, 900])
+def test_blocks_that_arrive_late_and_at_once_lose_nothing(held_ms):
+    """As after a thread that did not run for a while."""
+    blocks = []
+    for number, block in enumerate(card(30, np.arange(2, 29, 1.1))):
+        length = block.samples.shape[1] / RATE
+        waits = max(0.0, 20 + held_ms / 1000 - (number + 1) * length) if number >= 2000 else 0.0
+        blocks.append(SoundBlock(block.samples, block.begins_seconds + waits))
+    steady = SteadySound(1, ZERO)
+    got = heard(blocks, steady)
+    assert np.abs(got - np.arange(2, 29, 1.1)).max() < 0.02
+    assert steady.silent < 0.01 * RATE
+
+
 def test_a_hole_is_filled_with_silence_of_its_length():
     blocks = list(card(20, [2, 18]))
     steady = SteadySound(1, ZERO)
@@ -145,6 +167,17 @@ def test_a_tap_that_is_closed_is_forgotten():
     for _ in range(5):
         sound.tap().close()
     assert len(sound._taps) <= 1
+
+
+@pytest.mark.parametrize("while_tapped", [False, True])
+def test_a_microphone_is_closed_with_its_last_tap(while_tapped):
+    source = Card(iter([]))
+    sound = LiveSound(source, pytest.fail, while_tapped=while_tapped)
+    first, second = sound.tap(), sound.tap()
+    first.close()
+    assert not source.closed and not sound.is_over
+    second.close()
+    assert source.closed == sound.is_over == while_tapped
 
 
 def test_every_tap_gets_every_block():

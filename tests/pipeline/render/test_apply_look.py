@@ -271,7 +271,7 @@ def test_a_face_that_is_given_twice_is_painted_once():
     np.testing.assert_array_equal(apply_look(rgb8, BOTH, [face, face]), once)
 
 
-def test_no_look_is_read_from_a_face_with_numbers_that_are_not_finite():
+def test_no_look_is_read_from_a_face_that_is_not_finite():
     rgb8, (face, *_) = portrait(), find_faces(portrait())
     points = face.points_px.copy()
     points[5] = np.nan

@@ -5,6 +5,7 @@ import sys
 import time
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 
 import av
 import numpy as np
@@ -143,6 +144,30 @@ def test_microphones_are_those_that_the_kernel_lists(tmp_path, monkeypatch):
     assert names == ["default", "plughw:0,0", "plughw:1,0"]
     monkeypatch.setattr(microphone, "_ALSA_DEVICES", Path(tmp_path / "none"))
     assert microphones_found() == []
+
+
+def test_a_microphone_without_sound_yet_is_not_gone(monkeypatch):
+    """As macOS says while no sound waits."""
+    times = []
+
+    class Quiet:
+        streams = SimpleNamespace(
+            audio=[SimpleNamespace(codec_context=SimpleNamespace(channels=1))]
+        )
+
+        def demux(self, audio):
+            times.append(audio)
+            if len(times) < 4:
+                raise av.BlockingIOError(11, "Resource temporarily unavailable")
+            heard.close()
+            yield from ()
+
+        def close(self):
+            pass
+
+    monkeypatch.setattr(microphone, "_open", lambda name: Quiet())
+    heard = Microphone("built in", pytest.fail)
+    assert list(heard.blocks()) == [] and len(times) == 4
 
 
 def test_a_microphone_that_is_not_there_is_one_line(monkeypatch):

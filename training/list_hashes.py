@@ -1,0 +1,30 @@
+"""Writes sha256.json, against which the product checks its weights.
+
+    python -m makeup_video.training.list_hashes pipeline/weights
+
+Whatever copies weights into a folder runs it afterwards: weights without their hash, or with an old
+one, end the product with "install makeup-video again".
+"""
+
+import argparse
+import hashlib
+import json
+from pathlib import Path
+
+
+def list_hashes(folder: Path) -> None:
+    """Write sha256.json for all weights of a folder; print their size."""
+    files = sorted(folder.glob("*.onnx")) + sorted(folder.glob("*.npy"))
+    hashes = {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
+    (folder / "sha256.json").write_text(json.dumps(hashes, indent=2) + "\n")
+    print(f"{sum(file.stat().st_size for file in files) / 1e6:.2f} MB in all")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    list_hashes(parser.parse_args().folder)
+
+
+if __name__ == "__main__":
+    main()
