@@ -118,7 +118,6 @@ def test_a_long_answer_over_a_slow_network_arrives_whole(hurried, monkeypatch):
     body, limit = b"x" * 8_000_000, connection._HEADER_SECONDS
     monkeypatch.setattr(app, "ready_looks_message", lambda looks: body)
     with opened(hurried) as raw:
-        raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         host = urlsplit(hurried).netloc.encode()
         raw.sendall(b"GET /looks HTTP/1.1\r\nHost: " + host + b"\r\n\r\n")
         count, until = 0, time.monotonic() + 5 * limit
