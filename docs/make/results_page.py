@@ -209,7 +209,9 @@ def _beginning(results: Results) -> str:
 ## On rendered photos
 
 `python docs/make/make_results.py` measures what follows, down to the last heading of the page. The
-people and the products are unseen: no net was trained on them.
+people and the products are unseen by the nets that read lips and eyes. The net that reads what is
+worn, which the rows of the whole product use as well, has seen a quarter of these people bare, and
+all shades.
 
 The renderer paints each look with all of its 17 parameters, including those that no net estimates.
 The photos are saved as JPEG {TEST_QUALITY}. The look is then read from such a photo alone, as the
