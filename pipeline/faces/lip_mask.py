@@ -1,4 +1,4 @@
-"""The lip mask: the weight of lipstick at every pixel of a picture, from a face's lip patch."""
+"""The lip mask: where lips are in a picture, from a face's lip patch."""
 
 import cv2
 import numpy as np
@@ -9,7 +9,10 @@ _INVISIBLE = 1 / 512  # half a code value of 8 bits
 
 
 def lip_mask(rgb8: np.ndarray, face: Face) -> np.ndarray:
-    """The weight of lipstick at every pixel: 1 on the lips, 0 beyond their soft edge.
+    """Where the lip net sees lips: 1 on the lips, 0 beyond their soft edge.
+
+    Painting also follows the contours of the points, and has a soft edge of its own: a pixel beside
+    the border may be painted where this mask is 0, or the other way round.
 
     rgb8: (H, W, 3) uint8, encoded R'G'B', the picture that `face` was found in. Returns (H, W)
     float32 in [0, 1]. The mouth opening is 0, so teeth keep their colour, and so is a hand in front

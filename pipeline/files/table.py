@@ -12,6 +12,7 @@ from typing import TextIO
 from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.files.ordinary import open_ordinary
 
+AS_UTF8 = "save it as CSV in UTF-8, which Excel calls CSV UTF-8"
 Columns = Callable[[list[str]], list[str]]
 
 
@@ -46,7 +47,7 @@ def open_table(
     except MakeupVideoError:
         raise  # some are OSErrors, but none is of this file
     except UnicodeDecodeError as error:
-        raise fault(f"{path}: {kind} cannot be read: not UTF-8 text") from error
+        raise fault(f"{path}: {kind} cannot be read: not UTF-8 text; {AS_UTF8}") from error
     except OSError as error:
         raise fault(f"{path}: {kind} cannot be read: {error.strerror}") from error
 

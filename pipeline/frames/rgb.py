@@ -14,10 +14,13 @@ PICTURE_TICK = Fraction(1, 1)
 PICTURE_TAGS = ColourTags(1, 2, 13, 1)
 
 
-def to_frame(stored: np.ndarray, rotation_degrees: int = 0) -> Frame:
-    """The stored pixels as an 8-bit 4:4:4 frame, tagged PICTURE_TAGS.
+def to_frame(
+    stored: np.ndarray, rotation_degrees: int = 0, tags: ColourTags = PICTURE_TAGS
+) -> Frame:
+    """The stored pixels as an 8-bit 4:4:4 frame.
 
     stored: (H, W, 1 to 4) uint8 or uint16: grey, grey and alpha, BGR or BGRA; alpha is left out.
+    tags: PICTURE_TAGS, or the same with other primaries.
     """
     eight = stored if stored.dtype == np.uint8 else (stored / 257 + 0.5).astype(np.uint8)
     bgr = np.repeat(eight[..., :1], 3, axis=2) if eight.shape[2] < 3 else eight[..., :3]
@@ -25,7 +28,7 @@ def to_frame(stored: np.ndarray, rotation_degrees: int = 0) -> Frame:
         format="yuv444p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.JPEG
     )
     picture.pts = 0
-    return Frame(picture, 0, PICTURE_TICK, PICTURE_TAGS, rotation_degrees)
+    return Frame(picture, 0, PICTURE_TICK, tags, rotation_degrees)
 
 
 def merge(stored: np.ndarray, frame: Frame, before: Sequence[np.ndarray]) -> np.ndarray:

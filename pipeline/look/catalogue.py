@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 from makeup_video.pipeline.errors import CatalogueError
-from makeup_video.pipeline.files.table import open_table, table_rows
+from makeup_video.pipeline.files.table import AS_UTF8, open_table, table_rows
 from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of
 from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.params import rgb_of_hex
@@ -138,7 +138,9 @@ def rows_in(data: bytes, name: str) -> Iterator[Row]:
     try:
         yield from _rows(io.StringIO(data.decode("utf-8-sig"), newline=""), name)
     except UnicodeDecodeError as error:
-        raise CatalogueError(f"{name}: a catalogue cannot be read: not UTF-8 text") from error
+        raise CatalogueError(
+            f"{name}: a catalogue cannot be read: not UTF-8 text; {AS_UTF8}"
+        ) from error
 
 
 def _rows(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Row]:

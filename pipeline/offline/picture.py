@@ -7,7 +7,7 @@ what changed is converted back.
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +15,10 @@ from makeup_video.pipeline.errors import StrictError, UsageError, option
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.orientation import Orientation
-from makeup_video.pipeline.frames.rgb import merge, to_frame, with_colour
+from makeup_video.pipeline.frames.rgb import PICTURE_TAGS, merge, to_frame, with_colour
 from makeup_video.pipeline.images.exif import orientation, without_thumbnail
 from makeup_video.pipeline.images.file_tags import FileTags, file_tags, with_file_tags
+from makeup_video.pipeline.images.icc import is_display_p3
 from makeup_video.pipeline.images.picture_file import (
     WRITERS,
     decode_picture,
@@ -29,6 +30,7 @@ from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 
 _KINDS = ("EXIF", "XMP", "ICC profile")  # in the order of OpenCV's numbers
+_DISPLAY_P3 = 12  # primaries, as ColourTags number them
 _EXIF, _ICC_PROFILE = _KINDS.index("EXIF"), _KINDS.index("ICC profile")
 
 
@@ -54,7 +56,10 @@ def open_picture(path: Path) -> OpenedPicture:
     data = read_bytes(path)
     stored, metadata = decode_picture(data, path)
     stored_as = orientation(metadata)
-    frame = to_frame(stored, rotation_degrees=stored_as.turn_degrees)
+    profile = metadata.get(_ICC_PROFILE)
+    is_wide = profile is not None and is_display_p3(profile.tobytes())
+    tags = replace(PICTURE_TAGS, primaries=_DISPLAY_P3) if is_wide else PICTURE_TAGS
+    frame = to_frame(stored, stored_as.turn_degrees, tags)
     return OpenedPicture(path, stored, metadata, stored_as, frame, file_tags(data), len(data))
 
 

@@ -8,13 +8,17 @@ import av
 import cv2
 import numpy as np
 import pytest
+from icc_profiles import DISPLAY_P3, SRGB_CURVE, profile
+from makeup_video.kernels.colour import SRGB, from_srgb_primaries, to_encoded, to_linear
 from makeup_video.pipeline import (
     DecodeError,
+    Look,
     OutputError,
     Settings,
     StrictError,
     UsageError,
     process_video,
+    product,
 )
 from makeup_video.pipeline.frames.rgb import to_frame
 from makeup_video.pipeline.images.exif import orientation as exif_orientation
@@ -229,3 +233,30 @@ def test_a_decompression_bomb_is_refused(tmp_path):
     (tmp_path / "in.png").write_bytes(head + body + bytes(200))
     with pytest.raises(DecodeError, match=r"in\.png"):
         process_video(tmp_path / "in.png", tmp_path / "out.png")
+
+
+def as_p3(srgb8):
+    """The same colours in Display P3: (H, W, 3) uint8 R'G'B'."""
+    return (
+        (to_encoded(to_linear(srgb8 / 255, SRGB) @ from_srgb_primaries(12).T, SRGB) * 255)
+        .round()
+        .astype(np.uint8)
+    )
+
+
+def test_lipstick_has_the_same_colour_in_display_p3(tmp_path):
+    look = Look(lips=product("#B4002E", "matte"))
+    for name, rgb8, icc in (
+        ("srgb", portrait(), None),
+        ("p3", as_p3(portrait()), profile(DISPLAY_P3, SRGB_CURVE)),
+    ):
+        Image.fromarray(rgb8).save(tmp_path / f"{name}.png", icc_profile=icc)
+        process_video(tmp_path / f"{name}.png", tmp_path / f"{name}-out.png", look)
+    srgb, wide = (
+        np.array(Image.open(tmp_path / f"{name}-out.png").convert("RGB")) for name in ("srgb", "p3")
+    )
+    painted = np.abs(srgb.astype(int) - portrait()).max(2) > 20
+    assert painted.sum() > 300
+    wanted = as_p3(srgb)[painted].astype(int)
+    assert np.abs(wide[painted] - wanted).mean() < 3
+    assert np.abs(srgb[painted] - wanted).mean() > 6  # what it would be without the profile
