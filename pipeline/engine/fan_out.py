@@ -21,12 +21,16 @@ class FanOut:
     sinks: in groups; the sinks of a group run in one thread, in turn. A group for each core is
     enough, because encoders have threads of their own.
     errors: what ended each sink, None where nothing did; an entry from elsewhere ends a sink, too.
+    on_error(index): called once, in some thread, when an error has ended that sink.
     """
 
     def __init__(
-        self, groups: Sequence[Sequence[Sink]], share: Callable[[Any], Sequence[Any]]
+        self,
+        groups: Sequence[Sequence[Sink]],
+        share: Callable[[Any], Sequence[Any]],
+        on_error: Callable[[int], None] | None = None,
     ) -> None:
-        self._share = share
+        self._share, self._on_error = share, on_error
         self.sinks = [sink for group in groups for sink in group]
         self.errors: list[Exception | None] = [None] * len(self.sinks)
         self._stopped = False
@@ -96,6 +100,8 @@ class FanOut:
             work(argument)
         except Exception as error:  # noqa: BLE001  # whoever made the sinks raises it
             self.errors[index] = self.errors[index] or error
+            if self._on_error is not None:
+                self._on_error(index)
 
 
 def in_groups(count: int) -> list[range]:

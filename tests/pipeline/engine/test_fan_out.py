@@ -87,6 +87,14 @@ def test_an_error_from_elsewhere_ends_a_sink():
     assert sinks[1].items == [] and sinks[1].finished is None
 
 
+def test_the_end_of_a_sink_is_told_once_with_its_error_known():
+    sinks, told = [Keep(1), Keep(), Keep("finish")], []
+    fan = FanOut([[one] for one in sinks], lambda item: [item] * 3,
+                 lambda index: told.append((index, str(fan.errors[index]))))  # fmt: skip
+    run(fan, range(5))
+    assert sorted(told) == [(0, "no room for 1"), (2, "no room at the end")]
+
+
 def test_a_cancelled_fan_finishes_nothing():
     sinks = [Keep(), Keep()]
     fan = fan_of(sinks)

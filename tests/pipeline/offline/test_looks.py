@@ -24,6 +24,7 @@ from makeup_video.pipeline import (
 from makeup_video.pipeline.engine.fan_out import FanOut
 from makeup_video.pipeline.faces.net import Net
 from makeup_video.pipeline.look.options import Choice, choose_look
+from makeup_video.pipeline.media.encode import VideoEncoder
 from makeup_video.pipeline.offline import looks as looks_module
 from makeup_video.pipeline.offline import looks_on_film
 from people import SAMPLES, clip, film, grey
@@ -169,6 +170,31 @@ def test_an_error_of_one_look_ends_that_look_alone(tmp_path, end):
     assert isinstance(b, OutputError) and "removed or replaced" in str(b)
     assert (a.frames_out, c.frames_out) == (40, 40)
     assert sorted(p.name for p in tmp_path.iterdir()) == [f"a{end}", f"c{end}", "in.mkv"]
+
+
+def test_the_part_of_a_look_that_failed_makes_room_at_once(tmp_path, monkeypatch):
+    """Where a disk is full, the others need it."""
+    src, encode, parts = film(tmp_path / "in.mkv", clip(30)), VideoEncoder.__call__, []
+
+    def full(self, frame):
+        if self is encoders[0] and frame.pts > 300:
+            raise OutputError("No space left on device")
+        encode(self, frame)
+        if frame is not None and self is encoders[1]:
+            parts.append((tmp_path / "a.part.mkv").exists())
+
+    encoders, init = [], VideoEncoder.__init__
+
+    def counted(self, *words, **more):
+        init(self, *words, **more)
+        encoders.append(self)
+
+    monkeypatch.setattr(VideoEncoder, "__init__", counted)
+    monkeypatch.setattr(VideoEncoder, "__call__", full)
+    looks = paths_of(tmp_path, ".mkv", {"a": BERRY, "b": PLUM})
+    a, b = process_looks(src, looks, Settings(codec="ffv1")).values()
+    assert isinstance(a, OutputError) and b.frames_out == 30
+    assert parts[0] and not parts[-1]
 
 
 @pytest.mark.parametrize("lost", ["one", "all"])
