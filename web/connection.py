@@ -81,6 +81,7 @@ class Requests(H11Protocol):
         if self._waiting is not None:
             self._waiting.cancel()
             self._waiting = None
+        self._stuck = 0
 
 
 class Connection(WebSocketsSansIOProtocol):

@@ -61,6 +61,7 @@ class CameraSwitch:
                 self._put(self._settings)
             except MakeupVideoError:
                 self._is_lost = True
+                self._log(self.notice)
             raise
 
     def _reopen(self) -> None:
@@ -70,6 +71,7 @@ class CameraSwitch:
             with self._opening, suppress(MakeupVideoError):
                 if self._is_lost:
                     self._put(self._settings)
+                    self._log(f"camera {self.name} is open again")
             with self._changed:
                 self._changed.wait_for(lambda: self._is_closed or not self._is_lost, _RETRY_SECONDS)
 
@@ -133,6 +135,8 @@ class CameraSwitch:
     @property
     def notice(self) -> str:
         """What the user should know now; "" when all is well."""
+        if self._is_lost:
+            return f"camera {self.name} cannot be opened now: waiting for it"
         return self._camera.notice
 
     @property

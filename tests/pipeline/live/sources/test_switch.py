@@ -70,13 +70,14 @@ def test_a_camera_that_does_not_open_leaves_the_old_one(clips, name, size):
 
 def test_a_camera_that_is_gone_for_a_while_comes_back(clips, tmp_path, monkeypatch):
     monkeypatch.setattr(switch_module, "_RETRY_SECONDS", 0.01)
-    switch = CameraSwitch(CameraSettings(name=clips["a"], loop=True), pytest.fail)
-    seen = []
+    seen, lines = [], []
+    switch = CameraSwitch(CameraSettings(name=clips["a"], loop=True), lines.append)
 
     def choose():
         os.rename(clips["a"], tmp_path / "hidden")
         with pytest.raises(MakeupVideoError):
             switch.choose("/nowhere/x.mp4", "64x64")
+        lines.append(switch.notice)
         seen.append("gone")
         os.rename(tmp_path / "hidden", clips["a"])
 
@@ -90,6 +91,10 @@ def test_a_camera_that_is_gone_for_a_while_comes_back(clips, tmp_path, monkeypat
 
     assert set(frames_of(switch, None, on_frame)) == {64}
     assert seen[0] == "gone" and len(seen) > 30
+    name = switch.name
+    notice = f"camera {name} cannot be opened now: waiting for it"
+    assert lines == [notice, notice, f"camera {name} is open again"]
+    assert switch.notice == ""
 
 
 def test_a_film_that_ends_ends_the_run(clips):
