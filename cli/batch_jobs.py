@@ -83,6 +83,9 @@ def open_batch(
     else:
         folder = Template(output).folder
     place = folder / _JOURNAL if journal is None else Path(journal)
+    if journal is None and output is None and not place.exists():
+        before = Template(rows[0].output).folder / _JOURNAL  # its place until version 0.2.0
+        place = before if before.is_file() else place
     if resume and not place.is_file():
         raise UsageError(f"there is no journal {place} to go on with: leave --resume out")
     folders.make([os.fspath(place), os.fspath(folder / _PAGE)])

@@ -239,9 +239,10 @@ def _recording(camera: "CameraSwitch", sound: _Sound) -> "Recording":
     from makeup_video.pipeline.files.output_file import part_of
     from makeup_video.pipeline.live.sinks.recording import Recording
 
-    begun, tap = time.strftime("makeup-%Y%m%d-%H%M%S"), sound.tap()
+    begun = time.strftime("makeup-%Y%m%d-%H%M%S")
     names = (f"{begun}{number}.mkv" for number in ("", *(f"-{one}" for one in range(2, 100))))
     name = next(name for name in names if not {name, part_of(Path(name)).name} & set(os.listdir()))
+    tap = sound.tap()
     try:
         return Recording(name, rate=camera.rate, source=camera.path, sound=tap)
     except BaseException:

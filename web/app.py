@@ -164,10 +164,7 @@ class Endpoints:
         """Start a recording, with `on=1`, or stop it: for the user of this machine alone."""
         room = self._room_of_owner(request)
         on = request.query_params.get("on") == "1"
-        if on:
-            await self._worker.run(lambda: room.session.record(True))
-        else:  # at once, whatever the worker does: it only ends a sink
-            room.session.record(False)
+        await self._worker.run(lambda: room.session.record(on))
         return JSONResponse({"on": on})
 
     async def cameras(self, request: Request) -> Response:

@@ -111,7 +111,11 @@ class LiveSession:
             raise UsageError("this run records nothing from the page")
         if on and not self._is_recording:
             recording = self._make_recording()
-            self._run.add_sink(recording)
+            try:
+                self._run.add_sink(recording)
+            except BaseException:
+                recording.finish(True)  # gives back the sound that it took
+                raise
             self._recording = recording
         elif not on and self._recording is not None:
             self._run.end_sink(self._recording)

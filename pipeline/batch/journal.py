@@ -141,11 +141,9 @@ class Journal:
             if entry is None:
                 raise self._is_no_journal(number)
             self._entries[entry["output"]] = entry
-        rest = data[whole:]
-        if rest:
-            # zeros: what some file systems leave of a line after a crash
-            if rest.strip(b"\0") and not rest.startswith(_BEGINS[: len(rest)]):
-                # another file, which stays as it is
+        if rest := data[whole:]:
+            begun = rest.rstrip(b"\0")  # zeros: what some file systems leave after a crash
+            if not begun.startswith(_BEGINS[: len(begun)]):  # another file, which stays as it is
                 raise self._is_no_journal(data.count(b"\n") + 1)
             with write_errors(self.path):
                 self._file.truncate(whole)

@@ -53,7 +53,7 @@ def run_batch(
     Raises StoppedError after Ctrl-C, OutputError when the journal cannot be written. What was being
     written is then removed.
     """
-    beside = min([one.beside or len(workers) for one in workers] + [len(jobs)])
+    beside = min([one.beside or len(workers) for one in workers] + [len(workers), len(jobs)])
     share = _MEMORY_SHARE / max(1, beside)
     run = _Run([replace(job, memory_share=share) for job in jobs], journal, events)
     try:

@@ -91,6 +91,7 @@ class LiveSound:
     ) -> None:
         self._source, self._log, self._while_tapped = source, log, while_tapped
         self._taps: list[SoundTap] = []
+        self._tapping = threading.Lock()
         self._is_closing = False
         self._thread = threading.Thread(target=self._run, name="makeup-sound", daemon=True)
 
@@ -101,8 +102,9 @@ class LiveSound:
     def tap(self) -> SoundTap:
         """Make a further sink's end. Raises nothing; may be called while the sound runs."""
         tap = SoundTap(self._source.name, self._source.channels, self._tap_closed)
-        # replaced, since the thread goes over the old list
-        self._taps = [*(one for one in self._taps if not one.is_closed), tap]
+        with self._tapping:
+            # replaced, since the thread goes over the old list
+            self._taps = [*(one for one in self._taps if not one.is_closed), tap]
         return tap
 
     @property
@@ -121,9 +123,11 @@ class LiveSound:
             self._thread.join(1)
 
     def _tap_closed(self) -> None:
-        if self._while_tapped and all(tap.is_closed for tap in self._taps):
-            self._is_closing = True
-            self._source.close()
+        with self._tapping:
+            if not (self._while_tapped and all(tap.is_closed for tap in self._taps)):
+                return
+            self._is_closing = True  # before the next `tap`, whose caller asks for is_over
+        self._source.close()
 
     def _run(self) -> None:
         try:

@@ -18,7 +18,7 @@ _WINDOW_SECONDS = 2.0
 _CORRECTED_IN_SECONDS = 0.5  # how fast a small error is stretched away
 _MOST_STRETCH = 0.004
 _GAP_SECONDS = 0.04  # a larger error is filled with silence or cut out, as is any at the start
-_LOST_SECONDS = 0.25  # arrivals that are late for so long are not late: samples were lost before
+_LOST_SECONDS = 1.0  # arrivals that are late for so long are not late: samples were lost before
 _BEHIND_SECONDS = 0.5  # a source this far behind the pictures counts as silent
 
 

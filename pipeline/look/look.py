@@ -16,6 +16,9 @@ may be left out, and so may each parameter of a shape. Files of version 1, with 
 ignored key.
 """
 
+import errno
+import os
+import stat
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -23,7 +26,6 @@ from typing import Any, ClassVar, NoReturn, Self
 
 from makeup_video.pipeline.errors import LookError, OutputError
 from makeup_video.pipeline.files.ordinary import read_ordinary
-from makeup_video.pipeline.files.part_file import PartFile
 from makeup_video.pipeline.look.kinds import KINDS, PAINTED
 from makeup_video.pipeline.look.kinds.kind import Kind
 from makeup_video.pipeline.look.params import GraphicsParams, check_number, refuse_unknown, shown
@@ -265,8 +267,8 @@ class Look:
     def save(self, path: str | Path) -> None:
         """Write the look as indented UTF-8 JSON.
 
-        Raises OutputError, and UsageError while another program is writing the same file; a file
-        that was there before is then as it was.
+        Raises OutputError; a file that was there before is then as it was, unless its folder takes
+        no new files.
         """
         try:
             self._write(Path(path))
@@ -276,16 +278,21 @@ class Look:
 
     def _write(self, path: Path) -> None:
         text, target = written(self.to_dict()), path.resolve()
-        if target.exists() and not target.is_file():  # such as /dev/stdout
-            target.write_text(text, encoding="utf-8")
+        part = target.with_name(f".{target.name}-{os.urandom(4).hex()}")
+        is_there, folder = target.exists(), target.parent
+        if is_there and not (target.is_file() and os.access(folder, os.W_OK)):
+            target.write_text(text, encoding="utf-8")  # such as /dev/stdout
             return
-        # what was there before stays whole until the new file is
-        part = PartFile(target.with_name(f"{target.stem}.part{target.suffix}"), overwrite=True)
+        if is_there and not os.access(target, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         try:
-            part.own_path.write_text(text, encoding="utf-8")
-            part.rename(target, overwrite=True)
-        finally:
-            part.remove()
+            part.write_text(text, encoding="utf-8")
+            if is_there:
+                os.chmod(part, stat.S_IMODE(target.stat().st_mode))
+            os.replace(part, target)
+        except BaseException:
+            part.unlink(missing_ok=True)
+            raise
 
 
 def check_look(look: object) -> None:

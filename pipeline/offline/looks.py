@@ -58,7 +58,7 @@ def process_looks(
     Returns by output, as a Path, its report, or the error that ended this look alone, such as a
     full disk. The seconds of a report are those of all looks that were painted at the same time.
     Raises TypeError for a look of another type; one of `errors` before anything is written, or for
-    what ends all looks: an input that cannot be read, Ctrl-C.
+    what ends all looks: Ctrl-C, or an input that cannot be read while no output is whole yet.
     """
     if not isinstance(looks, Mapping):
         raise TypeError(f"looks must be a dict of outputs and looks, got {type(looks).__name__}")

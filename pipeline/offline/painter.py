@@ -135,15 +135,18 @@ def paint_pictures(pictures: Iterable[np.ndarray], look: Look) -> Iterator[np.nd
 def check_frame(rgb8: np.ndarray, seconds: float) -> float:
     """The time of a frame as a float, of whatever type of number it is.
 
-    Raises ValueError unless rgb8 is an (H, W, 3) uint8 picture and the time is finite and no longer
-    than FFmpeg can count, TypeError for a time that is no number.
+    Raises ValueError unless rgb8 is an (H, W, 3) uint8 picture and the time is at most 1e12 s,
+    TypeError for a time that is no number.
     """
     check_rgb8(rgb8)
     if isinstance(seconds, str) or not hasattr(seconds, "__float__"):
         raise TypeError(f"the time of a frame must be a number of seconds, got {seconds!r}")
     exact = float(seconds)
     if not abs(exact) <= _MOST_SECONDS:
-        raise ValueError(f"the time of a frame must be a finite number of seconds, got {seconds}")
+        raise ValueError(
+            f"the time of a frame must be a finite number of seconds, at most {_MOST_SECONDS:g}, "
+            f"got {seconds}"
+        )
     return exact
 
 

@@ -66,8 +66,8 @@ class Settings:
     observe: called with the time that each stage took for each item, by the threads of the stages.
     on_whole: called, by any thread, when the output is whole and about to get its name.
 
-    An int in place of text is taken as its number, a float or Decimal in place of a Fraction by the
-    decimals that it is shown with. Raises UsageError.
+    An int for faces or device is taken as its number, a float or Decimal in place of a Fraction by
+    the decimals that it is shown with. Raises UsageError.
     """
 
     codec: str | None = None

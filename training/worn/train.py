@@ -190,7 +190,7 @@ def train(options: argparse.Namespace) -> None:
     net = MakeupNet(labels.shape[1], data["vectors"].shape[1], options.size).to(options.device)
     optimiser = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
     state = Checkpoint(options.out.with_suffix(".pt"), net, optimiser, AVERAGE)
-    state.resume(options.steps)
+    state.resume()  # a finished one is exported again
     inputs, *truth = (
         torch.from_numpy(each).to(options.device)
         for each in (data["inputs"], *targets_of(labels, taught), data["vectors"], data["weights"])

@@ -82,7 +82,7 @@ def train(options: argparse.Namespace) -> None:
     net = WingNet()
     optimiser = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
     state = Checkpoint(options.out.with_suffix(".pt"), net, optimiser, AVERAGE)
-    state.resume(options.steps)
+    state.resume()  # a finished one is exported again
     began = time.monotonic()
     for step in range(state.step, options.steps):
         at = rng.integers(0, shown, BATCH)

@@ -103,6 +103,7 @@ class Stream:
             self._connection.send(picture.frame)
         except EncodeError:  # also an OSError, but another connection would not help
             self._hang_up()
+            self._end_sound()
             raise
         except (av.FFmpegError, OSError) as error:
             self._failed(error)
@@ -117,11 +118,16 @@ class Stream:
         """Raises OutputError when no picture could be sent in the whole run."""
         was_open = self._connection is not None
         self._hang_up()
+        self._end_sound()
         if not self._sent_before and (was_open or self._reason):
             raise OutputError(
                 f"{self.name}: {self._reason or 'no connection'}; no frame was sent in the whole "
                 "run: check the address, and whether the receiver listens"
             )
+
+    def _end_sound(self) -> None:
+        if self._sound is not None:
+            self._sound.close()
 
     def _hang_up(self) -> None:
         if self._connection is not None:

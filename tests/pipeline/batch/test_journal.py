@@ -133,7 +133,7 @@ def test_another_file_is_not_taken_for_a_journal(tmp_path, line, end):
     assert path.read_text() == line + end
 
 
-@pytest.mark.parametrize("tail", [b"\n\n", b"\0" * 300])
+@pytest.mark.parametrize("tail", [b"\n\n", b"\0" * 300, b'{"eve' + b"\0" * 300])
 def test_what_a_crash_leaves_at_the_end_loses_nothing(tmp_path, tail):
     first, second = (job_in(tmp_path, name) for name in "ab")
     path = tmp_path / "j.jsonl"

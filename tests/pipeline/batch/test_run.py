@@ -126,7 +126,7 @@ def test_looks_of_one_input_share_its_small_picture(tmp_path):
 
 @pytest.mark.parametrize(
     ("beside", "workers", "jobs", "share"),
-    [(None, 8, 2, 0.25), (None, 2, 8, 0.25), (4, 100, 9, 0.125), (4, 100, 1, 0.5)],
+    [(None, 8, 2, 0.25), (None, 2, 8, 0.25), (4, 100, 9, 0.125), (4, 100, 1, 0.5), (8, 1, 9, 0.5)],
 )
 def test_jobs_share_the_memory_of_their_machine(tmp_path, beside, workers, jobs, share):
     shares = []

@@ -57,10 +57,10 @@ def test_lost_samples_are_made_good_within_seconds():
 
 
 @pytest.mark.parametrize("lost_ms", [100, 300, 600, 900])
-def test_a_loss_of_samples_is_made_good_within_half_a_second(lost_ms):
+def test_a_loss_of_samples_is_made_good_after_a_second(lost_ms):
     claps = np.arange(5, 40, 0.7)
     got = heard(card(40, claps, late_ms=5, lost=range(2000, 2000 + lost_ms // 10)))  # from 20 s on
-    after = claps[claps > 20.6 + lost_ms / 1000]
+    after = claps[claps > 21.3 + lost_ms / 1000]
     assert all(np.abs(got - clap).min() < 0.02 for clap in after)
 
 
@@ -76,6 +76,18 @@ def test_blocks_that_arrive_late_and_at_once_lose_nothing(held_ms):
     got = heard(blocks, steady)
     assert np.abs(got - np.arange(2, 29, 1.1)).max() < 0.02
     assert steady.silent < 0.01 * RATE
+
+
+@pytest.mark.parametrize(("late_ms", "for_ms"), [(50, 300), (80, 300), (150, 500), (100, 900)])
+def test_blocks_that_are_late_for_a_while_lose_nothing(late_ms, for_ms):
+    """As on a busy machine, in every other second."""
+    blocks = []
+    for number, block in enumerate(card(30, np.arange(2, 29, 1.1))):
+        late = late_ms / 1000 if number % 200 < for_ms / 10 and number > 200 else 0.0
+        blocks.append(SoundBlock(block.samples, block.begins_seconds + late))
+    steady = SteadySound(1, ZERO)
+    assert np.abs(heard(blocks, steady) - np.arange(2, 29, 1.1)).max() < 0.02
+    assert steady.silent == 0
 
 
 def test_a_hole_is_filled_with_silence_of_its_length():

@@ -3,7 +3,9 @@
 import copy
 import json
 import math
+import os
 import pickle
+import stat
 from dataclasses import asdict
 from pathlib import Path
 
@@ -233,6 +235,17 @@ def test_a_look_that_cannot_be_written_leaves_the_old_file(tmp_path, monkeypatch
     assert path.read_bytes() == before
     new.save(path)
     assert Look.load(path) == new
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such modes")
+def test_saving_again_keeps_the_mode_and_other_files(tmp_path):
+    path, other = tmp_path / "look.json", tmp_path / "look.part.json"
+    other.write_text("mine")
+    Look().save(path)
+    path.chmod(0o600)
+    Look(lips=product("red", "matte")).save(path)
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600 and other.read_text() == "mine"
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["look.json", "look.part.json"]
 
 
 def test_a_layer_keeps_its_shape_when_the_callers_changes():
