@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack, closing
 from dataclasses import replace
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -218,12 +219,10 @@ class _Sound:
         camera = self._camera
         # the page may choose another camera, or the same file again, which then begins anew
         playing = None if camera.path is None else (camera.path, camera.changes)
-        if self._opened_for == playing and self._sound is not None:
-            tap = self._sound.tap()
-            if not self._sound.is_over:
+        if self._opened_for == playing:
+            tap = None if self._sound is None else self._sound.tap()
+            if self._sound is None or tap is not None:
                 return tap
-        elif self._opened_for == playing:
-            return None
         self.close()
         self._sound, self._opened_for = self._open(), playing
         return None if self._sound is None else self._sound.tap()
@@ -239,9 +238,9 @@ def _recording(camera: "CameraSwitch", sound: _Sound) -> "Recording":
     from makeup_video.pipeline.files.output_file import part_of
     from makeup_video.pipeline.live.sinks.recording import Recording
 
-    begun = time.strftime("makeup-%Y%m%d-%H%M%S")
-    names = (f"{begun}{number}.mkv" for number in ("", *(f"-{one}" for one in range(2, 100))))
-    name = next(name for name in names if not {name, part_of(Path(name)).name} & set(os.listdir()))
+    begun, taken = time.strftime("makeup-%Y%m%d-%H%M%S"), set(os.listdir())
+    names = chain([f"{begun}.mkv"], (f"{begun}-{number}.mkv" for number in count(2)))
+    name = next(name for name in names if not taken & {name, part_of(Path(name)).name})
     tap = sound.tap()
     try:
         return Recording(name, rate=camera.rate, source=camera.path, sound=tap)

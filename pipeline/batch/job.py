@@ -137,18 +137,16 @@ def run_job(job: Job, report: Callable[[JobProgress], None]) -> list[Result]:
     except MakeupVideoError as error:
         return [Failed(one.output, error) for one in job.looks]
     results: list[Result] = []
-    before: bytes | None = None
+    is_first = True  # of those that are done: all have the same picture before
     for one in job.looks:
-        outcome = outcomes[one.output]
+        outcome, before = outcomes[one.output], None
         if isinstance(outcome, MakeupVideoError):
             results.append(Failed(one.output, outcome))
             continue
-        # of the input once, since all looks have the same
-        if before is None:
+        if is_first:
             before = thumbnail(Path(job.source), float(job.settings.start_seconds or 0))
-            results.append(_done(one.output, outcome, before))
-        else:
-            results.append(_done(one.output, outcome, None))
+            is_first = False
+        results.append(_done(one.output, outcome, before))
     return results
 
 

@@ -99,10 +99,13 @@ class LiveSound:
     def name(self) -> str:
         return self._source.name
 
-    def tap(self) -> SoundTap:
-        """Make a further sink's end. Raises nothing; may be called while the sound runs."""
+    def tap(self) -> SoundTap | None:
+        """Make a further sink's end; None once there is no more sound. Raises nothing; may be
+        called while the sound runs."""
         tap = SoundTap(self._source.name, self._source.channels, self._tap_closed)
         with self._tapping:
+            if self.is_over:
+                return None
             # replaced, since the thread goes over the old list
             self._taps = [*(one for one in self._taps if not one.is_closed), tap]
         return tap
@@ -126,7 +129,7 @@ class LiveSound:
         with self._tapping:
             if not (self._while_tapped and all(tap.is_closed for tap in self._taps)):
                 return
-            self._is_closing = True  # before the next `tap`, whose caller asks for is_over
+            self._is_closing = True
         self._source.close()
 
     def _run(self) -> None:

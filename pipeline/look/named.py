@@ -149,19 +149,19 @@ def _look_of(row: Row, part: str, finish: str | None) -> NamedLook:
 
 def numbered(names: Sequence[str]) -> list[str]:
     """Names of which those that would be one file get numbers: nude, Nude-2, nude-3."""
-    wanted, used = {file_of(name) for name in names}, set()
+    wanted, used = {_file_of(name) for name in names}, set()
     numbers: Counter[str] = Counter()
     found = []
     for name in names:
-        one, key = name, file_of(name)
-        while file_of(one) in used or (one != name and file_of(one) in wanted):
+        one, key = name, _file_of(name)
+        while _file_of(one) in used or (one != name and _file_of(one) in wanted):
             numbers[key] += 1
             one = f"{name}-{numbers[key] + 1}"
-        used.add(file_of(one))
+        used.add(_file_of(one))
         found.append(one)
     return found
 
 
-def file_of(name: str) -> str:
+def _file_of(name: str) -> str:
     """What tells two names of files apart: some disks do not tell A from a."""
     return in_name(name).casefold()

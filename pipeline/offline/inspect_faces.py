@@ -29,9 +29,8 @@ def inspect_video(
     Raises TypeError for settings of another type, else one of `errors`.
     """
     settings = Settings.checked(settings)
-    for name in ("split_minutes", "faces"):
-        if getattr(settings, name) != getattr(Settings(), name):
-            raise UsageError(f"all faces are drawn, in one run: leave out {option(name)}")
+    for name in settings.given(("split_minutes", "faces")):
+        raise UsageError(f"all faces are drawn, in one run: leave out {option(name)}")
     sidecar: contextlib.AbstractContextManager[PointsFile | None] = contextlib.nullcontext()
     if points is not None:
         sidecar = PointsFile(points, src, dst, overwrite=settings.overwrite)

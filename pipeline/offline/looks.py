@@ -3,7 +3,7 @@
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from contextlib import closing
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -70,28 +70,18 @@ def process_looks(
     _check_outputs(path, [Path(output) for output in looks], settings)
     outputs = {Path(output): look for output, look in looks.items()}
     check_memory(FIND_FACES)
-    on_whole, settings = settings.on_whole, replace(settings, on_whole=None)
-    done = _painted(path, outputs, settings, on_progress, memory_share)
-    if on_whole is not None:  # called once: not before the last output is whole
-        on_whole()
-    return done
-
-
-def _painted(
-    path: Path,
-    outputs: Mapping[Path, Look],
-    settings: Settings,
-    on_progress: LooksProgress | None,
-    memory_share: float,
-) -> dict[Path, Outcome]:
     with one_opencv_thread():
         if is_picture(path):
             # late: the face nets and OpenCL take long to load
             from makeup_video.pipeline.offline.looks_on_picture import paint_picture
 
-            check_picture_settings(path, settings)
-            return _timed(partial(paint_picture, path, outputs, settings))
-        return _on_film(path, outputs, settings, on_progress, memory_share)
+            check_picture_settings(src, settings)
+            done = _timed(partial(paint_picture, path, outputs, settings))
+        else:
+            done = _on_film(path, outputs, settings, on_progress, memory_share)
+    if settings.on_whole is not None:  # once: not before the last output is whole
+        settings.on_whole()
+    return done
 
 
 def _on_film(
@@ -114,8 +104,7 @@ def _on_film(
     while rest := {output: look for output, look in looks.items() if output not in done}:
         now = rest
         try:
-            source = open_video(path)
-            try:
+            with closing(open_video(path)) as source:
                 check_start(source, settings.start_seconds)
                 at_once = encoders_at_once(source, next(iter(rest)), settings, memory_share)
                 count = -(-len(rest) // -(-len(rest) // at_once))  # passes of about equal size
@@ -123,8 +112,6 @@ def _on_film(
                 tick = None if on_progress is None else partial(on_progress, list(now))
                 more = len(now) < len(rest)
                 done |= _timed(partial(paint_film, source, now, settings, tick, more))
-            finally:
-                source.close()
         except StoppedError:
             raise
         except MakeupVideoError as error:

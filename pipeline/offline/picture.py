@@ -80,7 +80,7 @@ def process_picture(
     Raises InputError, DecodeError, OutputError, UsageError, StrictError.
     """
     check_suffix(src, dst)
-    with _target(src, dst, settings) as target:
+    with _target(src, dst, settings, settings.on_whole) as target:
         picture = open_picture(src)
         before = [plane.copy() for plane in picture.frame.planes]
         report = _write(picture, target, paint(picture.frame), before, settings)
@@ -91,6 +91,7 @@ def process_picture(
 def write_picture(picture: OpenedPicture, dst: Path, painted: Frame, settings: Settings) -> Report:
     """Write a painted copy of the picture's frame, with the picture's metadata.
 
+    `on_whole` of the settings is not called: there may be more copies to write.
     Raises OutputError, UsageError, StrictError.
     """
     with _target(picture.path, dst, settings) as target:
@@ -100,9 +101,11 @@ def write_picture(picture: OpenedPicture, dst: Path, painted: Frame, settings: S
 
 
 @contextmanager
-def _target(src: Path, dst: Path, settings: Settings) -> Iterator[OutputFile]:
+def _target(
+    src: Path, dst: Path, settings: Settings, on_whole: Callable[[], None] | None = None
+) -> Iterator[OutputFile]:
     """An output that is kept when it is whole, and discarded after any error."""
-    target = OutputFile(dst, src, overwrite=settings.overwrite, on_whole=settings.on_whole)
+    target = OutputFile(dst, src, overwrite=settings.overwrite, on_whole=on_whole)
     try:
         yield target
         target.keep()

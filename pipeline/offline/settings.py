@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from numbers import Integral
@@ -162,8 +162,12 @@ class Settings:
 
     def of_videos(self) -> list[str]:
         """Names of the settings that are given and apply to videos only."""
+        return self.given(_OF_VIDEOS)
+
+    def given(self, names: Iterable[str]) -> list[str]:
+        """Those of the names whose settings are not the defaults."""
         default = Settings()
-        return [name for name in _OF_VIDEOS if getattr(self, name) != getattr(default, name)]
+        return [name for name in names if getattr(self, name) != getattr(default, name)]
 
 
 def _exact(value: object, name: str) -> Fraction | None:

@@ -14,7 +14,7 @@ import av
 from makeup_video.pipeline.errors import InputError, MakeupVideoError
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.sources.freshness import Freshness
-from makeup_video.pipeline.live.sources.input_devices import input_devices
+from makeup_video.pipeline.live.sources.input_devices import input_devices, packets_of
 from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 
 _SYSTEMS = {"linux": "v4l2", "darwin": "avfoundation", "win32": "dshow"}
@@ -220,10 +220,8 @@ class DeviceCamera:
     def _packets(self, container: Any, video: Any) -> Generator[Any, None, None]:
         while not self._closing.is_set():
             try:
-                yield from container.demux(video)
+                yield from packets_of(container, video, self._closing.is_set)
                 return
-            except av.BlockingIOError:
-                self._closing.wait(0.002)  # macOS: no picture yet
             except av.InvalidDataError:
                 self.damaged += 1  # V4L2: an incomplete picture
 

@@ -1,9 +1,28 @@
-"""Lists the cameras and microphones that FFmpeg finds on a system."""
+"""Lists the cameras and microphones that FFmpeg finds on a system, and reads them."""
 
+import time
+from collections.abc import Callable, Generator
 from typing import Any, Literal
 
 import av
 from av.device import enumerate_input_devices
+
+_NOT_YET_SECONDS = 0.002
+
+
+def packets_of(
+    container: Any, stream: Any, is_closing: Callable[[], bool]
+) -> Generator[Any, None, None]:
+    """Yield the packets of a device's stream, until it ends or is_closing().
+
+    Raises what FFmpeg raises; on macOS it has an error for "nothing yet", which is waited out.
+    """
+    while not is_closing():
+        try:
+            yield from container.demux(stream)
+            return
+        except av.BlockingIOError:
+            time.sleep(_NOT_YET_SECONDS)
 
 
 def input_devices(system: str, kind: Literal["video", "audio"]) -> list[Any]:

@@ -12,13 +12,12 @@ import av
 import numpy as np
 from makeup_video.pipeline.errors import InputError
 from makeup_video.pipeline.live.sound import RATE, SoundBlock
-from makeup_video.pipeline.live.sources.input_devices import input_devices
+from makeup_video.pipeline.live.sources.input_devices import input_devices, packets_of
 
 _SYSTEMS = {"linux": "alsa", "darwin": "avfoundation", "win32": "dshow"}
 _ALSA_CONFIG = Path("/usr/share/alsa/alsa.conf")
 _ALSA_DEVICES = Path("/proc/asound/pcm")
 _RETRY_SECONDS = 1.0
-_NOT_YET_SECONDS = 0.002
 
 
 def microphones_found() -> list[tuple[str, str]]:
@@ -66,7 +65,8 @@ class Microphone:
     def _read(self) -> Generator[SoundBlock, None, None]:
         layout = "mono" if self.channels == 1 else "stereo"
         resampler = av.AudioResampler("fltp", layout, RATE)
-        for packet in self._packets():
+        stream = self._container.streams.audio[0]
+        for packet in packets_of(self._container, stream, lambda: self._is_closing):
             now = time.monotonic()
             pieces = [
                 resampled.to_ndarray()
@@ -78,14 +78,6 @@ class Microphone:
                 yield SoundBlock(samples, now - samples.shape[1] / RATE)
             if self._is_closing:
                 return
-
-    def _packets(self) -> Generator[Any, None, None]:
-        while not self._is_closing:
-            try:
-                yield from self._container.demux(audio=0)
-                return
-            except av.BlockingIOError:
-                time.sleep(_NOT_YET_SECONDS)  # macOS: no sound yet
 
     def _open_again(self) -> None:
         while not self._is_closing:

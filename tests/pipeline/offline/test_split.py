@@ -185,7 +185,10 @@ def test_progress_counts_the_frames_of_all_segments(tmp_path):
     ("settings", "text"),
     [
         ({"split_minutes": Fraction(0)}, "split_minutes must be more than 0, got 0"),
-        ({"split_minutes": Fraction(1), "jobs": 0}, "jobs must be a whole number of at least 1, got 0"),
+        (
+            {"split_minutes": Fraction(1), "jobs": 0},
+            "jobs must be a whole number of at least 1, got 0",
+        ),
         ({"jobs": 2}, "jobs needs split_minutes"),
     ],
 )
