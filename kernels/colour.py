@@ -185,6 +185,8 @@ def product_linear(rgb: tuple[float, float, float], coding: Coding) -> np.ndarra
 @lru_cache
 def from_srgb_primaries(primaries: int) -> np.ndarray:
     """Return the (3, 3) matrix from linear light in sRGB's primaries to linear light in others."""
+    if primaries == 1:  # sRGB's own: solved for, a rounding would make black channels negative
+        return np.eye(3)
     matrix: np.ndarray = np.linalg.solve(to_xyz(primaries), to_xyz(1))
     return matrix
 

@@ -112,6 +112,7 @@ def test_primaries_are_those_of_the_standards():
     np.testing.assert_allclose(from_srgb_primaries(12), p3, atol=1e-4)
     for primaries in PRIMARIES:
         np.testing.assert_allclose(from_srgb_primaries(primaries).sum(axis=1), 1, atol=1e-9)
+    np.testing.assert_array_equal(from_srgb_primaries(1), np.eye(3))  # black channels stay black
 
 
 @given(st.tuples(*[st.integers(0, 255)] * 3), CODINGS)

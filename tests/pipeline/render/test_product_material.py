@@ -90,6 +90,14 @@ def test_sparkles_and_sheen_of_deep_colours_keep_their_hue(rgb):
         assert least < 0.3 * most and np.argmax(light) == np.argmax(own)
 
 
+@pytest.mark.parametrize("rgb", [(180, 0, 46), (180, 46, 0), (0, 0, 7)], ids=str)
+def test_metals_without_a_primary_add_none_of_it(rgb):
+    red, green, blue = rgb
+    m = lit(shimmer=1, shimmer_tint=1, gloss=1, gloss_detail=0.0, red=red, green=green, blue=blue)
+    for light in (m.product, m.glint, m.sparkle):
+        assert min(light) == 0
+
+
 def test_only_pale_products_have_silver_sparkles():
     pale, black = (lit(shimmer=1, shimmer_tint=0, red=c, green=c, blue=c).sparkle for c in (230, 4))
     assert min(pale) > 1.5 and max(black) < 0.2
