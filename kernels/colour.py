@@ -192,6 +192,13 @@ def from_srgb_primaries(primaries: int) -> np.ndarray:
 
 
 @lru_cache
+def to_srgb_primaries(primaries: int) -> np.ndarray:
+    """Return the (3, 3) matrix from linear light in primaries to linear light in sRGB's."""
+    matrix: np.ndarray = np.linalg.inv(from_srgb_primaries(primaries))
+    return matrix
+
+
+@lru_cache
 def to_xyz(primaries: int) -> np.ndarray:
     """Return the (3, 3) matrix from linear light to CIE 1931 XYZ, white at Y = 1 (RP 177)."""
     columns = np.array([[x / y, 1, (1 - x - y) / y] for x, y in (*PRIMARIES[primaries], D65)]).T

@@ -204,11 +204,12 @@ EIGHT_STEP void face_nodes(
     PUT(out + VISIBLE_AT + at, face_smooth(visible));
 }
 
-/* Reads the linear light of eight nodes. */
+/* Reads the linear light of eight nodes. Skin is learnt in sRGB's primaries, whatever the frame's:
+ * in wider ones colours lie closer together. */
 EIGHT_STEP void face_light(
     int x, int y, __global const float *given, __global const SAMPLE *luma,
     __global const float *table, __global float *light) {
-    __global const float *to_steps = given + TO_STEPS_AT;
+    __global const float *to_steps = given + TO_STEPS_AT, *to_srgb = given + TO_SRGB_AT;
     __global const SAMPLE *cb = luma + (int)given[CHROMA_BEGINS_AT];
     __global const SAMPLE *cr = cb + (int)given[CHROMA_BEGINS_AT + 1];
     float8 columns = (float)x + ROW8, sum = (float8)0.0f;
@@ -216,15 +217,21 @@ EIGHT_STEP void face_light(
     float8 codes = samples_bilinear(luma, given + LUMA_AT, given + TO_LUMA_AT, columns, row);
     float8 blue = samples_bilinear(cb, given + CHROMA_AT, given + TO_CHROMA_AT, columns, row);
     float8 red = samples_bilinear(cr, given + CHROMA_AT, given + TO_CHROMA_AT, columns, row);
+    float8 linear[3];
+#pragma unroll
     for (int j = 0; j < 3; ++j) {
         __global const float *to = to_steps + 4 * j;
         float8 steps = to[0] * codes + to[1] * blue + to[2] * red + to[3];
         int8 at = eight_whole8(eight_clamp8(steps, 0.0f, given[LAST_STEP_AT]));
-        float8 linear = (float8)(table[at.s0], table[at.s1], table[at.s2], table[at.s3],
-                                 table[at.s4], table[at.s5], table[at.s6], table[at.s7]);
-        PUT(light + (RED + j) * NODES + y * SIDE + x, linear);
-        sum += given[WEIGHTS_AT + j] * linear;
+        linear[j] = (float8)(table[at.s0], table[at.s1], table[at.s2], table[at.s3],
+                             table[at.s4], table[at.s5], table[at.s6], table[at.s7]);
+        sum += given[WEIGHTS_AT + j] * linear[j];
     }
+#pragma unroll
+    for (int j = 0; j < 3; ++j)
+        PUT(light + (RED + j) * NODES + y * SIDE + x,
+            to_srgb[3 * j] * linear[0] + to_srgb[3 * j + 1] * linear[1] +
+                to_srgb[3 * j + 2] * linear[2]);
 #if COLOUR_TRANSFER == 18
     sum = pow(
         sum, (float8)COLOUR_HLG_GAMMA); /* HLG: the gain of the display comes after the sum */

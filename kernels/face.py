@@ -103,6 +103,7 @@ GIVEN = np.dtype([
     ("to_steps", np.float32, (3, 4)),  # codes -> R'G'B' in steps of the table, plus a half
     ("weights", np.float32, 3),  # of luminance
     ("last_step", np.float32),  # of the table
+    ("to_srgb", np.float32, (3, 3)),  # linear light in the frame's primaries -> in sRGB's
     ("to_frame", np.float32, (2, 3)),  # px of the grid -> px of the frame
     ("frame_wh", np.float32, 2),
     ("chroma_begins", np.float32, 2),  # samples from Y' to Cb, and from Cb to Cr
@@ -130,7 +131,7 @@ SCRATCH = np.dtype([
     ("near_y", np.float32, (POINTS, SIDE)),
     ("cubic", np.float32, (_TERMS, 8)),
     ("borders", np.float32, (2, _DRAWN, SIDE)),  # of the outline and of holes
-    ("light", np.float32, (4, SIDE, SIDE)),  # luminance, red, green, blue
+    ("light", np.float32, (4, SIDE, SIDE)),  # luminance, and red, green, blue of sRGB
     ("sample", np.float32, (6, _SAMPLES)),  # the same, across, `down`
     ("numbers", np.float32, (3, _SAMPLES)),
     ("part", np.float32, (3, _SAMPLES)),
@@ -297,8 +298,9 @@ class FaceKernel:
             *on_planes(to_px, light),
             *plane_numbers(luma.shape),
             *plane_numbers(chroma.shape),
-            *coding_numbers(light.coding, light.has_colour), *to_px, *face.frame_wh,
-            luma.size, chroma.size, face.sampled_down,
+            *coding_numbers(light.coding, light.has_colour),
+            *colour.to_srgb_primaries(light.coding.primaries).ravel().tolist(),
+            *to_px, *face.frame_wh, luma.size, chroma.size, face.sampled_down,
         ]  # fmt: skip
         (given,) = self._given.array
         np.clip(face.points.T, -MOST_OFF, MOST_OFF, out=given["points"][:, :POINTS])

@@ -9,8 +9,15 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numpy as np
-from makeup_video.kernels.colour import HLG, PQ, Coding, from_srgb_primaries, product_linear, to_xyz
+from makeup_video.kernels.colour import (
+    HLG,
+    PQ,
+    Coding,
+    from_srgb_primaries,
+    product_linear,
+    to_srgb_primaries,
+    to_xyz,
+)
 from makeup_video.kernels.material import ENVIRONMENT_PX, LEAST_ROOM, Material
 from makeup_video.kernels.product import (
     DARK,
@@ -216,8 +223,8 @@ def _turned(light: SceneLight, rows: tuple[float, ...]) -> list[float]:
 @lru_cache
 def film_matrices(primaries: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """By rows, from these primaries to sRGB's, and back."""
-    back = from_srgb_primaries(primaries)
-    return tuple(np.linalg.inv(back).ravel().tolist()), tuple(back.ravel().tolist())
+    to, back = to_srgb_primaries(primaries), from_srgb_primaries(primaries)
+    return tuple(to.ravel().tolist()), tuple(back.ravel().tolist())
 
 
 def _lit(product: float, gain: float, ceiling: float) -> float:

@@ -20,6 +20,7 @@ from makeup_video.kernels.colour import (
     from_srgb_primaries,
     matrices,
     to_linear,
+    to_srgb_primaries,
     to_xyz,
 )
 from makeup_video.kernels.material import ENVIRONMENT_PX
@@ -134,14 +135,13 @@ def skin_of(frame: Frame, points_px: np.ndarray) -> np.ndarray | None:
 @lru_cache
 def optics_of(coding: Coding) -> Optics:
     to_rgb, _ = matrices(coding)
-    from_srgb = from_srgb_primaries(coding.primaries)
     return Optics(
         coding.transfer,
         np.ascontiguousarray(to_rgb[:, :3].T, np.float32),
         to_rgb[:, 3].astype(np.float32),
         to_xyz(coding.primaries)[1].astype(np.float32),
-        np.linalg.inv(from_srgb),
-        from_srgb,
+        to_srgb_primaries(coding.primaries),
+        from_srgb_primaries(coding.primaries),
     )
 
 

@@ -57,7 +57,7 @@ def skin_likeness(
 ) -> np.ndarray:
     """(N,) float32: 1 where the face looks like its skin, 0 where it certainly does not.
 
-    rgb: (3, N) float32 linear light in any primaries.  luminance: (N,) float32 of it.
+    rgb: (3, N) float32 linear light in sRGB's primaries.  luminance: (N,) float32 of it.
     across, down: (N,) float32, places on the face in IOD.
     seen: places of the face whose colour is known, as indices of N. All 1 where they are too few.
     """

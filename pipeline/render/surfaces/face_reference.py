@@ -4,7 +4,7 @@ from functools import cache
 
 import cv2
 import numpy as np
-from makeup_video.kernels.colour import Coding
+from makeup_video.kernels.colour import Coding, to_srgb_primaries
 from makeup_video.kernels.face import (
     EDGE_PX,
     FACING,
@@ -54,7 +54,8 @@ def face_surface_twin(
     rgb = linear_rgb(_codes(light, grid), coding)
     luminance = luminance_of(rgb, coding)
     seen = _samples(visible, down, sampled_down(face), grid, frame)
-    likeness = skin_likeness(rgb, luminance, across.ravel(), down.ravel(), seen)
+    to_srgb = to_srgb_primaries(coding.primaries).astype(np.float32)
+    likeness = skin_likeness(to_srgb @ rgb, luminance, across.ravel(), down.ravel(), seen)
     normals = np.stack([x, y])
     surface = FaceSurface(
         grid, across, down, normals, facing, visible, likeness.reshape(SIDE, SIDE)

@@ -1,10 +1,14 @@
 """What lies in front of the cheek is told from skin, and skin in any light is skin."""
 
+from fractions import Fraction
+
 import cv2
 import numpy as np
 import pytest
 from lit_faces import face_at, lit, points, surface_made
-from makeup_video.kernels.colour import SRGB, to_encoded, to_linear
+from makeup_video.kernels.colour import SRGB, from_srgb_primaries, to_encoded, to_linear
+from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.render.skin_likeness import skin_likeness
 from people import frame_of, portrait
 
@@ -51,6 +55,21 @@ def test_the_portraits_own_cheeks_are_skin():
 def test_skin_in_another_light_is_skin(gain):
     surface, left, right = likeness_on(lit(*gain))
     assert surface.likeness[left | right].mean() > 0.95
+
+
+@pytest.mark.parametrize("primaries", [9, 12], ids=["BT.2020", "P3"])
+def test_the_same_skin_in_wide_primaries_is_as_likely(primaries):
+    rgb8 = covered((200, 120, 150))  # near to skin, so that primaries count
+    wide = to_linear(rgb8 / 255, SRGB) @ from_srgb_primaries(primaries).T
+    codes = np.rint(to_encoded(wide, SRGB) * 255).astype(np.uint8)
+    picture, seconds = frame_of(codes, pix_fmt="yuv444p").picture, Fraction(1, 30)
+    frames = (
+        Frame(picture, 0, seconds, ColourTags(1, 1, 1, primaries)),
+        frame_of(rgb8, pix_fmt="yuv444p"),
+    )
+    got, want = (surface_made(face_at(points()), frame)[0].likeness for frame in frames)
+    off = np.abs(got - want)
+    assert np.quantile(off, 0.9) < 0.01 and np.quantile(off, 0.99) < 0.15  # codes of eight bits
 
 
 def test_skin_in_light_from_one_side_is_skin():
