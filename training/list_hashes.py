@@ -11,6 +11,8 @@ import hashlib
 import json
 from pathlib import Path
 
+from makeup_video.training.inputs import existing
+
 
 def list_hashes(folder: Path) -> None:
     """Write sha256.json for all weights of a folder; print their size."""
@@ -22,7 +24,7 @@ def list_hashes(folder: Path) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path)
+    parser.add_argument("folder", type=existing)
     list_hashes(parser.parse_args().folder)
 
 

@@ -9,10 +9,10 @@ import argparse
 import csv
 import re
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 
 import numpy as np
 from makeup_video.pipeline.look.params import rgb_of_hex
+from makeup_video.training.inputs import existing
 
 LEAST = 3  # products of that name
 
@@ -29,7 +29,7 @@ def median_rgb(word: str, rows: Iterable[Mapping[str, str]]) -> tuple[int, ...] 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--table", type=Path, required=True)
+    parser.add_argument("--table", type=existing, required=True)
     parser.add_argument("words", nargs="+")
     options = parser.parse_args()
     with options.table.open(newline="", encoding="utf-8") as table:

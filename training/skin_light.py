@@ -21,6 +21,7 @@ from makeup_video.kernels.colour import SRGB, to_linear, to_xyz
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.render.skin_light import skin_of
+from makeup_video.training.inputs import existing
 
 LIGHTNESSES = 30, 85  # CIE L*; swatches beyond are not of skin
 BINS = 11
@@ -88,8 +89,8 @@ def fit_mean(log_linear: np.ndarray) -> np.ndarray:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("shades", type=Path, help="CSV with a column `hex`")
-    parser.add_argument("--faces", type=Path, required=True, help="folder with labels.npz")
+    parser.add_argument("shades", type=existing, help="CSV with a column `hex`")
+    parser.add_argument("--faces", type=existing, required=True, help="folder with labels.npz")
     options = parser.parse_args()
     print("SKIN_MEAN =", repr(fit_mean(faces(options.faces)).round(3)))
     print("SKIN_COVARIANCE =", repr(fit_covariance(shades(options.shades)).round(4)))

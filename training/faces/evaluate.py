@@ -27,6 +27,7 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.views import RgbPicture
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 from makeup_video.training.faces.topology68 import EYES_68, MOUTH_68, POINTS_68
+from makeup_video.training.inputs import existing
 
 CHEEKS = [50, 280, 101, 330]  # points of both cheeks, where hardly anything hides them
 MUCH = 0.25  # of a mouth's interior: where more is painted, the mouth is counted
@@ -177,7 +178,7 @@ def jitter(points_px: np.ndarray) -> float:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--faces", type=Path, required=True)
+    parser.add_argument("--faces", type=existing, required=True)
     parser.add_argument(
         "--weights", type=Path, help="folder of exported nets; default: the shipped ones"
     )

@@ -20,6 +20,7 @@ from makeup_video.training.faces.export import from_checkpoint
 from makeup_video.training.faces.infer import from_onnx, take
 from makeup_video.training.faces.lip_evidence import MASK_SPEC
 from makeup_video.training.faces.lip_outlines import Mouth, mouth_to_px, read_mouths
+from makeup_video.training.inputs import existing, made_by
 
 SIZE_WH = 500, 360  # px of the compared pictures
 UNIT = SIZE_WH[0] / MASK_SPAN  # px per IOD
@@ -147,8 +148,8 @@ def held_out(mouths: list[Mouth], data: Path) -> list[Mouth]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--weights", type=Path, nargs="*", default=[])
-    parser.add_argument("--masks", type=Path, nargs="*", default=[])
-    parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
+    parser.add_argument("--masks", type=existing, nargs="*", default=[])
+    parser.add_argument("--data", type=made_by("faces.prepare"), default="runs/faces.npz")
     options = parser.parse_args()
     torch.set_num_threads(1)
     mouths = held_out(read_mouths(SIZE_WH, MASK_SPAN), options.data)

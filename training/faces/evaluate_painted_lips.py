@@ -17,6 +17,7 @@ from makeup_video.pipeline.faces.face import Face, iod_px
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.render.surfaces.lips_reference import lips_surface
 from makeup_video.training.faces.evaluate import iou_of, read_rgb
+from makeup_video.training.inputs import existing
 
 LIPS, INTERIOR = 1, 2
 OPEN = 0.01  # of the lips' area: a mouth with a larger interior counts as open
@@ -92,7 +93,7 @@ def measure(folder: Path) -> list[tuple[bool, Painted]]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--masks", type=Path, nargs="+", required=True)
+    parser.add_argument("--masks", type=existing, nargs="+", required=True)
     folders = parser.parse_args().masks
     scores = [found for folder in folders for found in measure(folder)]
     for name, wanted in (("open", True), ("shut", False)):

@@ -21,6 +21,7 @@ from makeup_video.training.faces.fake_quantise import KEPT, rounded, roundings
 from makeup_video.training.faces.infer import Net, from_onnx
 from makeup_video.training.faces.model import build, normalise
 from makeup_video.training.faces.train_detector import Detector
+from makeup_video.training.inputs import made_by
 from makeup_video.training.list_hashes import list_hashes
 from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
 from onnxruntime.quantization.shape_inference import quant_pre_process
@@ -204,7 +205,7 @@ def quantize(path: Path, crops: np.ndarray) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--checkpoints", type=Path, default=Path("runs"))
-    parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
+    parser.add_argument("--data", type=made_by("faces.prepare"), default="runs/faces.npz")
     parser.add_argument("--out", type=Path, default=Path("pipeline/weights"))
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)

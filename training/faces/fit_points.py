@@ -15,6 +15,7 @@ from makeup_video.training.faces.checkpoint import averaged_weights
 from makeup_video.training.faces.crops import SPECS, Cropper, Faces
 from makeup_video.training.faces.model import PointNet, build, normalise
 from makeup_video.training.faces.train import point_worth, tensors
+from makeup_video.training.inputs import existing, made_by
 from torch import Tensor
 
 BATCH = 128
@@ -73,8 +74,8 @@ def affine_of(read: Tensor, true: Tensor, basis: Tensor) -> tuple[Tensor, Tensor
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("net", choices=list(SPECS))
-    parser.add_argument("--start", type=Path, required=True, help="a checkpoint of that net")
-    parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
+    parser.add_argument("--start", type=existing, required=True, help="a checkpoint of that net")
+    parser.add_argument("--data", type=made_by("faces.prepare"), default="runs/faces.npz")
     parser.add_argument("--out", type=Path, default=Path("runs"))
     parser.add_argument("--samples", type=float, default=3e4)
     options = parser.parse_args()

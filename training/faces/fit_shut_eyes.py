@@ -19,6 +19,7 @@ from makeup_video.pipeline.faces.nets import FaceNets
 from makeup_video.pipeline.faces.shut_eyes import numbers_of
 from makeup_video.pipeline.frames.views import RgbPicture
 from makeup_video.training.faces.evaluate import read_rgb
+from makeup_video.training.inputs import existing
 from makeup_video.training.list_hashes import list_hashes
 from makeup_video.training.worn.fit_colours import fit
 from makeup_video.training.worn.scores import area_under_curve
@@ -53,7 +54,7 @@ def labelled(folder: Path) -> Iterator[tuple[np.ndarray, bool]]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--faces", type=Path, required=True)
+    parser.add_argument("--faces", type=existing, required=True)
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)

@@ -21,6 +21,7 @@ from makeup_video.training.faces.export import examples
 from makeup_video.training.faces.export_int8 import SPAN
 from makeup_video.training.faces.model import Conv, build, normalise
 from makeup_video.training.faces.train_detector import Detector
+from makeup_video.training.inputs import existing, made_by
 from onnx import numpy_helper
 from torch import Tensor, nn
 
@@ -147,8 +148,8 @@ def restore_convs(
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("weights", type=Path)
-    parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
+    parser.add_argument("weights", type=existing)
+    parser.add_argument("--data", type=made_by("faces.prepare"), default="runs/faces.npz")
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
     name = options.weights.stem

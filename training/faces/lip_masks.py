@@ -33,6 +33,7 @@ from makeup_video.training.faces.lip_labeller import (
     to_labels,
 )
 from makeup_video.training.faces.lip_outlines import Mouth, mouth_to_px, read_mouths
+from makeup_video.training.inputs import existing, made_by
 
 # A face: picture, points (478, 3) px, pose (2, 3)
 Face = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -95,8 +96,8 @@ def fitted(
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
-    parser.add_argument("--net", type=Path)
+    parser.add_argument("--data", type=made_by("faces.prepare"), default="runs/faces.npz")
+    parser.add_argument("--net", type=existing)
     parser.add_argument("--net-span", type=float, default=SPECS["lips"].span,
                         help="width of that net's crops in IOD, if not today's")  # fmt: skip
     parser.add_argument("--out", type=Path, default=Path("runs/lipmasks.npz"))

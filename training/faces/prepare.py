@@ -17,6 +17,7 @@ import numpy as np
 from makeup_video.pipeline.faces.topology import EYE_CORNERS
 from makeup_video.training.faces.similarity_fit import fit_similarity
 from makeup_video.training.faces.topology68 import mirror_permutation
+from makeup_video.training.inputs import existing
 
 FOLDERS = ("portraits", "wild", "talking", "sharp", "covered")
 MAX_SPREAD = 2.0  # % of IOD by which the three labelling passes may disagree
@@ -91,7 +92,7 @@ def depth_grids(face_points: np.ndarray) -> np.ndarray:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--faces", type=Path, required=True)
+    parser.add_argument("--faces", type=existing, required=True)
     parser.add_argument("--out", type=Path, default=Path("runs/faces.npz"))
     options = parser.parse_args()
 

@@ -15,6 +15,7 @@ from makeup_video.pipeline.faces.topology import EYE, EYE_CONTOUR, LIPS
 from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
 from makeup_video.training.faces.crops import SPECS, Batch, Cropper, Faces
 from makeup_video.training.faces.model import build, normalise
+from makeup_video.training.inputs import existing, made_by
 from torch import Tensor, nn
 from torch.utils.data import DataLoader, IterableDataset
 
@@ -170,11 +171,11 @@ def beginning(options: argparse.Namespace, faces: Faces, steps: int) -> Checkpoi
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("net", choices=list(SPECS))
-    parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
+    parser.add_argument("--data", type=made_by("faces.prepare"), default="runs/faces.npz")
     parser.add_argument("--out", type=Path, default=Path("runs"))
     parser.add_argument("--samples", type=float, default=2e6)
     parser.add_argument("--rate", type=float, default=2e-3)
-    parser.add_argument("--start", type=Path, help="begin with the weights of this checkpoint")
+    parser.add_argument("--start", type=existing, help="begin with the weights of this checkpoint")
     options = parser.parse_args()
     torch.set_num_threads(2)
     masks = options.data.with_name("lipmasks.npz")

@@ -18,6 +18,7 @@ from makeup_video.training.faces.detector_pictures import FACE_CENTRE, SCENE, ST
 from makeup_video.training.faces.model import Conv, Join, Residual, normalise, stage
 from makeup_video.training.faces.occluders import blot_out
 from makeup_video.training.faces.train import IN_BFLOAT16
+from makeup_video.training.inputs import existing, made_by
 from torch import Tensor, nn
 from torch.utils.data import DataLoader, IterableDataset
 
@@ -162,11 +163,11 @@ def echo(
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
+    parser.add_argument("--data", type=made_by("faces.prepare"), default="runs/faces.npz")
     parser.add_argument("--out", type=Path, default=Path("runs"))
     parser.add_argument("--samples", type=float, default=6e5)
     parser.add_argument("--rate", type=float, default=2e-3)
-    parser.add_argument("--start", type=Path, help="begin with the weights of this checkpoint")
+    parser.add_argument("--start", type=existing, help="begin with the weights of this checkpoint")
     parser.add_argument(
         "--minutes", type=float, default=np.inf, help="stop after so many minutes at the latest"
     )

@@ -23,6 +23,7 @@ from makeup_video.training.faces.infer import Net, crop_to_px, from_onnx, place,
 from makeup_video.training.faces.model import PointNet, normalise
 from makeup_video.training.faces.prepare import poses_of
 from makeup_video.training.faces.train_detector import decode
+from makeup_video.training.inputs import made_by
 from torch import Tensor, nn
 
 SPEC = SPECS["mesh"]
@@ -140,7 +141,7 @@ def report(name: str, score: nn.Linear, sets: list[Tensor]) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=Path("runs/faces.npz"))
+    parser.add_argument("--data", type=made_by("faces.prepare"), default="runs/faces.npz")
     parser.add_argument("--checkpoints", type=Path, default=Path("runs"))
     parser.add_argument(
         "--weights", type=Path, default=Path("runs/weights"), help="folder of exported nets"

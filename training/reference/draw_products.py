@@ -20,6 +20,7 @@ from makeup_video.pipeline.look.finishes import FINISHES, nearest_finish
 from makeup_video.pipeline.look.look import ZONES, Look
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.crops import CROPPED, NUMBERS
+from makeup_video.training.inputs import existing
 
 COLOUR = slice(NUMBERS.index("red"), NUMBERS.index("blue") + 1)
 COLOUR_SEEN = 0.4  # least opacity at which the colour of a product can be read
@@ -203,7 +204,7 @@ def plot(mixture: Mixture, path: Path, n: int = 4000) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("region", choices=CROPPED)
-    parser.add_argument("--shades", type=Path, required=True)
+    parser.add_argument("--shades", type=existing, required=True)
     parser.add_argument("--plot", type=Path, default=Path("runs/shades.png"))
     options = parser.parse_args()
     products = read_products(options.shades, options.region)

@@ -23,6 +23,7 @@ from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.reference.crops import CROPPED, NUMBERS
 from makeup_video.pipeline.reference.estimate import estimate
 from makeup_video.pipeline.render.composite import Composite
+from makeup_video.training.inputs import existing, made_by
 from makeup_video.training.reference.baselines import transfer_mean_colour
 from makeup_video.training.reference.draw_products import (
     COLOUR,
@@ -215,9 +216,9 @@ def _line(name: str, off: np.ndarray) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("region", choices=CROPPED)
-    parser.add_argument("net", type=Path, help="a checkpoint, or an exported .onnx file")
-    parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
-    parser.add_argument("--shades", type=Path, required=True)
+    parser.add_argument("net", type=existing, help="a checkpoint, or an exported .onnx file")
+    parser.add_argument("--data", type=made_by("reference.prepare"), default="runs/reference.npz")
+    parser.add_argument("--shades", type=existing, required=True)
     parser.add_argument("--count", type=int, default=COUNT)
     options = parser.parse_args()
     calm()

@@ -15,6 +15,7 @@ import numpy as np
 import torch
 from makeup_video.training.faces.checkpoint import averaged_weights
 from makeup_video.training.faces.export import Exported, quantize, to_onnx
+from makeup_video.training.inputs import existing, made_by
 from makeup_video.training.list_hashes import list_hashes
 from makeup_video.training.reference.fixed_crops import fixed_crops
 from makeup_video.training.reference.model import ReferenceNet
@@ -46,7 +47,7 @@ def calibration(options: argparse.Namespace, region: str) -> np.ndarray:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("checkpoints", type=Path, nargs="+")
+    parser.add_argument("checkpoints", type=existing, nargs="+")
     parser.add_argument("--out", type=Path, default=Path("runs/weights"))
     parser.add_argument(
         "--expected", type=Path, help="write what PyTorch computes of fixed crops here"
@@ -57,7 +58,7 @@ def main() -> None:
         metavar="SHADES",
         help="quantise to int8, with products of this shade table",
     )
-    parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
+    parser.add_argument("--data", type=made_by("reference.prepare"), default="runs/reference.npz")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     expected = {}

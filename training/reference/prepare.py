@@ -21,6 +21,7 @@ from makeup_video.pipeline.reference.crops import CROPPED
 from makeup_video.pipeline.render.surfaces.eyes import OUTWARDS
 from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
 from makeup_video.training.faces.evaluate import CHEEKS, skin_tone
+from makeup_video.training.inputs import existing
 from makeup_video.training.worn.prepare import LABELS, rows
 
 # As in faces/prepare.py, the last pictures of each source are held out. The first half is for
@@ -184,7 +185,7 @@ def report(packed: dict[str, np.ndarray]) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--portraits", type=Path, required=True)
+    parser.add_argument("--portraits", type=existing, required=True)
     parser.add_argument("--out", type=Path, default=Path("runs/reference.npz"))
     parser.add_argument(
         "--every", type=int, default=1, help="take every Nth portrait, to try it out"

@@ -37,6 +37,7 @@ from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.scene import FrameScene, SceneLight
 from makeup_video.pipeline.render.scene_light import light_of
+from makeup_video.training.inputs import existing, made_by
 from makeup_video.training.reference.augment import camera, jpeg, lighting
 from makeup_video.training.reference.draw_products import (
     Mixture,
@@ -252,8 +253,8 @@ def renderer(
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("region", choices=CROPPED)
-    parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
-    parser.add_argument("--shades", type=Path, required=True)
+    parser.add_argument("--data", type=made_by("reference.prepare"), default="runs/reference.npz")
+    parser.add_argument("--shades", type=existing, required=True)
     parser.add_argument("--sheet", type=Path, help="write a picture of 96 crops here")
     options = parser.parse_args()
     os.environ.setdefault("POCL_MAX_PTHREAD_COUNT", "1")

@@ -18,6 +18,7 @@ import torch
 from makeup_video.pipeline.reference.crops import CROPPED, NUMBERS, from_targets, to_targets
 from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
 from makeup_video.training.faces.model import normalise
+from makeup_video.training.inputs import existing, made_by
 from makeup_video.training.reference.draw_products import (
     COLOUR_SEEN,
     Mixture,
@@ -143,8 +144,8 @@ def parser_of(doc: str, regions: Iterable[str]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=doc.splitlines()[0])
     parser.add_argument("region", choices=regions)
     parser.add_argument("--net", choices=list(SIZES), default="lite0")
-    parser.add_argument("--data", type=Path, default=Path("runs/reference.npz"))
-    parser.add_argument("--shades", type=Path, required=True)
+    parser.add_argument("--data", type=made_by("reference.prepare"), default="runs/reference.npz")
+    parser.add_argument("--shades", type=existing, required=True)
     return parser
 
 
@@ -162,7 +163,7 @@ def parsed() -> argparse.Namespace:
         default=2,
         help="how many times the net shrinks crops; 1 takes four times as long",
     )
-    parser.add_argument("--start", type=Path, help="begin with the weights of this checkpoint")
+    parser.add_argument("--start", type=existing, help="begin with the weights of this checkpoint")
     parser.add_argument("--threads", type=int, default=2, help="threads of the net")
     parser.add_argument("--workers", type=int, default=1, help="processes that draw crops")
     return parser.parse_args()

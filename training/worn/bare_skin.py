@@ -27,6 +27,7 @@ from makeup_video.pipeline.reference.fit_lips import shown_by_lips
 from makeup_video.pipeline.reference.neutral_face import NeutralFace, neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.apply_look import PaintPictures
+from makeup_video.training.inputs import existing
 from makeup_video.training.list_hashes import list_hashes
 from makeup_video.training.worn.prepare import labelled_faces
 
@@ -171,7 +172,7 @@ class Painted:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--faces", type=Path, required=True)
+    parser.add_argument("--faces", type=existing, required=True)
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import onnxruntime
 from makeup_video.pipeline.reference.makeup_input import mirrored
+from makeup_video.training.inputs import existing
 from makeup_video.training.worn.prepare import LABELS
 from makeup_video.training.worn.scores import UNKNOWN, area_under_curve, logistic
 
@@ -53,8 +54,8 @@ def calibrated(scores: np.ndarray, is_worn: np.ndarray) -> np.ndarray:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("net", type=Path)
-    parser.add_argument("sets", type=Path, nargs="+")
+    parser.add_argument("net", type=existing)
+    parser.add_argument("sets", type=existing, nargs="+")
     parser.add_argument("--ratio", nargs=2, action="append", default=[], metavar=("LABEL", "RATIO"),
                         help="of the net's scale to the colours', if not to be fitted")  # fmt: skip
     options = parser.parse_args()

@@ -16,6 +16,7 @@ from makeup_video.pipeline.errors import PhotoError
 from makeup_video.pipeline.images.photo_file import read_photo
 from makeup_video.pipeline.reference.checks import check_face, choose_face, faces_within
 from makeup_video.pipeline.reference.wing import WING_FROM, wing_numbers
+from makeup_video.training.inputs import existing
 from makeup_video.training.worn.scores import area_under_curve
 
 
@@ -48,5 +49,5 @@ def evaluate(folder: Path) -> str:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--looks", type=Path, required=True)
+    parser.add_argument("--looks", type=existing, required=True)
     print(evaluate(parser.parse_args().looks))

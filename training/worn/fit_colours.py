@@ -17,6 +17,7 @@ from makeup_video.pipeline.reference.colours import Colours, areas, with_distanc
 from makeup_video.pipeline.reference.flat_lips import middles
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
+from makeup_video.training.inputs import existing
 from makeup_video.training.list_hashes import list_hashes
 from makeup_video.training.worn.prepare import LABELS, labelled_faces
 from makeup_video.training.worn.scores import UNKNOWN, logistic
@@ -82,7 +83,7 @@ def fit(numbers: np.ndarray, is_worn: np.ndarray, ridge: float = RIDGE) -> np.nd
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--faces", type=Path, required=True)
+    parser.add_argument("--faces", type=existing, required=True)
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)

@@ -26,6 +26,7 @@ from makeup_video.pipeline.reference.makeup_numbers import LAYERS, WORN, to_vect
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.apply_look import PaintPictures
+from makeup_video.training.inputs import existing
 from makeup_video.training.worn.draw_looks import draw_look, read_shades
 from makeup_video.training.worn.scores import UNKNOWN
 
@@ -155,9 +156,9 @@ def parser_of(description: str | None, *, looks: int) -> argparse.ArgumentParser
     looks: on each face, by default.
     """
     parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--faces", type=Path, required=True)
+    parser.add_argument("--faces", type=existing, required=True)
     parser.add_argument("--sets", nargs="+", required=True)
-    parser.add_argument("--shades", type=Path, required=True)
+    parser.add_argument("--shades", type=existing, required=True)
     parser.add_argument("--looks", type=int, default=looks, help="painted on each bare face")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, required=True)

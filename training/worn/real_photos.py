@@ -24,6 +24,7 @@ from makeup_video.pipeline.reference.checks import faces_within
 from makeup_video.pipeline.reference.estimate import Estimate, estimate
 from makeup_video.pipeline.reference.read_makeup import WORN_FROM
 from makeup_video.pipeline.render.apply_look import PaintPictures
+from makeup_video.training.inputs import existing
 from makeup_video.training.worn.prepare import LABELS, UNUSABLE
 from makeup_video.training.worn.scores import area_under_curve
 from makeup_video.training.worn.zones import EYES, ZONES, Seen, Transfer, see
@@ -228,10 +229,10 @@ clearly wear the kind:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--labelled", type=Path, required=True)
-    parser.add_argument("--looks", type=Path, nargs="+", required=True)
-    parser.add_argument("--bare", type=Path, required=True)
-    parser.add_argument("--page", type=Path)
+    parser.add_argument("--labelled", type=existing, required=True)
+    parser.add_argument("--looks", type=existing, nargs="+", required=True)
+    parser.add_argument("--bare", type=existing, required=True)
+    parser.add_argument("--page", type=existing)
     parser.add_argument("--sheets", type=Path)
     parser.add_argument("--step", type=int, default=1, help="every how many-th photo; a trial")
     options = parser.parse_args()

@@ -18,6 +18,7 @@ import numpy as np
 import torch
 from makeup_video.pipeline.reference.makeup_input import PLACES, mirrored
 from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
+from makeup_video.training.inputs import existing, made_by
 from makeup_video.training.worn.evaluate import log_odds
 from makeup_video.training.worn.model import CHANNELS, MakeupNet
 from makeup_video.training.worn.scores import UNKNOWN, area_under_curve
@@ -250,7 +251,7 @@ def export(net: nn.Module, path: Path) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, nargs="+", required=True)
+    parser.add_argument("--data", type=made_by("worn.prepare"), nargs="+", required=True)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--size", choices=list(CHANNELS), default="small")
     parser.add_argument("--steps", type=int, default=6000)
@@ -259,9 +260,9 @@ if __name__ == "__main__":
     parser.add_argument("--folds", type=int, default=FOLDS)
     parser.add_argument("--fold", type=int,
                         help="the one that is held out; default: the last")  # fmt: skip
-    parser.add_argument("--teachers", type=Path, nargs="+", default=[],
+    parser.add_argument("--teachers", type=existing, nargs="+", default=[],
                         help="log-odds by nets of all folds, in their order")  # fmt: skip
-    parser.add_argument("--older", type=Path, metavar="NET.onnx",
+    parser.add_argument("--older", type=existing, metavar="NET.onnx",
                         help="an exported net, averaged with each of the teachers")  # fmt: skip
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--device", default="cpu")

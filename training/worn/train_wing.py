@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import torch
 from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
+from makeup_video.training.inputs import made_by
 from makeup_video.training.worn.scores import area_under_curve
 from makeup_video.training.worn.wing_crops import varied
 from torch import Tensor, nn
@@ -122,7 +123,7 @@ def export(net: nn.Module, path: Path) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, required=True)
+    parser.add_argument("--data", type=made_by("worn.wing_crops"), required=True)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--steps", type=int, default=1600)
     parser.add_argument("--threads", type=int, default=2)
