@@ -97,7 +97,7 @@ class Endpoints:
     """The functions behind the routes."""
 
     def __init__(self, rooms: Rooms, worker: Worker) -> None:
-        self._rooms, self._worker, self._uploads = rooms, worker, Uploads()
+        self._rooms, self._worker, self._uploads = rooms, worker, Uploads(worker)
         # One thumbnail at a time waits for the worker, so that the picture never waits for many.
         self._one_thumbnail = asyncio.Lock()
 
@@ -128,10 +128,8 @@ class Endpoints:
     async def photo(self, request: Request) -> Response:
         """Read and paint the look in an uploaded photo. The strength of the look stays as it is."""
         room = self._room(request)
-        face = request.query_params.get("face", "")
-        with self._uploads:
-            data, name = await read_body(request), file_name(request)
-            read = await self._worker.run(lambda: room.session.read(data, name, face))
+        face, name = request.query_params.get("face", ""), file_name(request)
+        read = await self._uploads.run(request, lambda data: room.session.read(data, name, face))
         if isinstance(read, SeveralFaces):
             return Response(several_faces_message(name, read), 409, media_type=_JSON)
         look = replace(read.look, strength=room.session.look.strength)
@@ -148,10 +146,8 @@ class Endpoints:
 
     async def portrait(self, request: Request) -> Response:
         """Paint an uploaded portrait from now on."""
-        room = self._room(request)
-        with self._uploads:
-            data, name = await read_body(request), file_name(request)
-            await self._worker.run(lambda: room.session.take_portrait(data, name))
+        room, name = self._room(request), file_name(request)
+        await self._uploads.run(request, lambda data: room.session.take_portrait(data, name))
         return JSONResponse({"name": name})
 
     async def portrait_thumbnail(self, request: Request) -> Response:
@@ -193,10 +189,10 @@ class Endpoints:
     async def shades(self, request: Request) -> Response:
         """Read an uploaded catalogue of shades, a CSV file, and return it as JSON."""
         self._room(request)
-        with self._uploads:
-            data = await read_body(request, _CATALOGUE_BYTES, "the catalogue")
-            name = file_name(request)
-            text = await self._worker.run(lambda: shades_message(name, data))
+        name = file_name(request)
+        text = await self._uploads.run(
+            request, lambda data: shades_message(name, data), _CATALOGUE_BYTES, "the catalogue"
+        )
         return Response(text, media_type=_JSON)
 
     async def looks(self, _request: Request) -> Response:
@@ -206,7 +202,7 @@ class Endpoints:
     async def look_thumbnail(self, request: Request) -> Response:
         """Serve the portrait of a session with the look of the request's body on, a small JPEG."""
         room = self._room(request)
-        look = look_in(await read_body(request, LOOK_BYTES, "the look"))
+        look = look_in(bytes(await read_body(request, LOOK_BYTES, "the look")))
         async with self._one_thumbnail:
             data = await self._worker.run(lambda: room.session.thumbnail(look))
         return Response(data, media_type="image/jpeg")

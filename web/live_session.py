@@ -43,7 +43,7 @@ class LiveRunControl(Protocol):
 class Cameras(Protocol):
     """The cameras to choose from; see pipeline/live/sources/switch.py."""
 
-    def choices(self) -> dict[str, object]: ...
+    def choices(self) -> dict[str, Any]: ...
     def choose(self, name: str, size: str, /) -> None: ...
 
 
@@ -125,9 +125,17 @@ class LiveSession:
         return {} if self._cameras is None else self._cameras.choices()
 
     def choose_camera(self, name: str, size: str) -> None:
-        """Raises UsageError while an output needs frames of one size."""
+        """Raises UsageError for what is not among the choices, and while an output needs frames of
+        one size.
+
+        A page may play no file of its own choice: it would show what its user may not read.
+        """
         if self._cameras is None:
             raise UsageError("this run has no other camera")
+        offered = self._cameras.choices()
+        for chosen, several, now in ((name, "names", "name"), (size, "sizes", "size")):
+            if chosen not in (*offered[several], offered[now]):
+                raise UsageError(f"{chosen} is not offered: choose one of the list of {several}")
         for sink in self.figures()["sinks"]:
             if sink["kind"] in _ONE_SIZE and not sink["is_over"]:
                 raise UsageError(f"{sink['name']} needs frames of one size: end it first")

@@ -2,9 +2,12 @@
 
 import asyncio
 import re
+from collections.abc import Callable
+from typing import Any, TypeVar
 from urllib.parse import unquote
 
 from makeup_video.web.session import PHOTO_BYTES
+from makeup_video.web.worker import Worker
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 
@@ -20,26 +23,58 @@ _UNPRINTABLE = re.compile(
 )
 _LONGEST_NAME = 80
 AT_ONCE = 2  # one photo is read while the next one arrives
+T = TypeVar("T")
 
 
 class Uploads:
-    """Limits how many photos are in memory."""
+    """Jobs on what pages upload; it limits how many photos are in memory."""
 
-    def __init__(self) -> None:
+    def __init__(self, worker: Worker) -> None:
+        self._worker = worker
         self._now = 0
 
-    def __enter__(self) -> None:
+    async def run(
+        self,
+        request: Request,
+        job: Callable[[bytes], T],
+        most_bytes: int = PHOTO_BYTES,
+        what: str | None = None,
+    ) -> T:
+        """Read the body, and return the job's result.
+
+        A page that gives up a request, as for a newer photo, leaves room for another: a job that
+        has not begun is left out, and the result of one that has is lost. most_bytes, what: see
+        `read_body`. Raises HTTPException, and what the job raises.
+        """
         if self._now >= AT_ONCE:
             raise HTTPException(503, "other photos are being read: try again in a moment")
         self._now += 1
+        waiting: list[asyncio.Future[Any]] = []
+        body = bytearray()
+        try:
+            body = await read_body(request, most_bytes, what)
+            working = asyncio.ensure_future(self._worker.run(lambda: job(bytes(body))))
+            waiting = [working, asyncio.ensure_future(_left(request))]
+            await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
+            if not working.done():
+                raise HTTPException(400, "the page has given up this request: send it again")
+            return working.result()
+        finally:
+            self._now -= 1
+            for each in waiting:
+                each.cancel()
+            body.clear()  # a job that is left out holds it until its turn
 
-    def __exit__(self, *_: object) -> None:
-        self._now -= 1
+
+async def _left(request: Request) -> None:
+    """Wait until the page gives up a request whose body was read."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
 
 
 async def read_body(
     request: Request, most_bytes: int = PHOTO_BYTES, what: str | None = None
-) -> bytes:
+) -> bytearray:
     """Read the body. what: names it in messages; None: by the name of its file.
 
     Raises HTTPException: 413 when it is too large, 408 when it is too slow.
@@ -71,7 +106,7 @@ async def read_body(
             f"{what or file_name(request)} is larger than {most_bytes / 1e6:.2g} MB: make it "
             "smaller",
         )
-    return bytes(data)
+    return data
 
 
 def file_name(request: Request) -> str:

@@ -169,11 +169,11 @@ class Page:
         return post(self.url, f"{where}?session={self.hello['session']}", data, **headers)
 
 
-def post(url, where, data, **headers):
+def post(url, where, data, timeout_s=30, **headers):
     """headers: names have _ for -; None leaves the header out."""
     given = {"origin": url, **{name.replace("_", "-"): value for name, value in headers.items()}}
     given = {name: value for name, value in given.items() if value is not None}
-    return httpx.post(url + where, content=data, headers=given, timeout=30)
+    return httpx.post(url + where, content=data, headers=given, timeout=timeout_s)
 
 
 def stalled(url):

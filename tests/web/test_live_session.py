@@ -206,7 +206,10 @@ class Cameras:
     chosen = ()
 
     def choices(self):
-        return {"names": ["/dev/video0"], "name": "/dev/video0"}
+        return {
+            "names": ["/dev/video0", "/dev/video1"], "name": "film.mp4",
+            "sizes": ["640x480"], "size": "1280x720",
+        }  # fmt: skip
 
     def choose(self, name, size):
         self.chosen += ((name, size),)
@@ -227,6 +230,18 @@ def test_the_camera_is_chosen_while_nothing_needs_its_size():
         post(url, "/recording?session=live&on=0", b"")
         assert post(url, where, b"").status_code == 200
     assert cameras.chosen == (("/dev/video1", "640x480"),) * 2
+
+
+@pytest.mark.parametrize(
+    ("name", "size"), [("/home/me/private.mp4", "640x480"), ("/dev/video1", "9000x9000"), ("", "")]
+)
+def test_pages_choose_what_is_offered_and_no_other_file(name, size):
+    cameras = Cameras()
+    session = LiveShow(Run(), PreviewSink(PreviewJpeg()), None, None, cameras).enter("")
+    with pytest.raises(UsageError, match="is not offered: choose one of"):
+        session.choose_camera(name, size)
+    session.choose_camera("film.mp4", "1280x720")  # those of now
+    assert cameras.chosen == (("film.mp4", "1280x720"),)
 
 
 def test_both_are_the_camera_s_picture_beside_the_painted_one(parts):

@@ -9,6 +9,7 @@ import time
 import zlib
 
 import cv2
+import httpx
 import pytest
 from makeup_video.pipeline import Layer, Look, PhotoError, look_from_photo
 from makeup_video.pipeline.reference import estimate as reference
@@ -163,6 +164,39 @@ def test_a_third_photo_at_once_is_busy_and_pictures_go_on(show, page):
     go_on.set()
     assert [answers.get(timeout=20).status_code for _ in range(2)] == [200, 200]
     assert page.post("/photo", b"x").status_code == 200
+
+
+def test_photos_that_a_page_gives_up_leave_room_and_no_look(show, page):
+    """The newest photo wins: those before it are not painted, and do not keep it waiting."""
+    begun, go_on, read_names = queue.Queue(), threading.Event(), []
+
+    def slow(photo, name):
+        read_names.append(name)
+        begun.put(name)
+        assert go_on.wait(20)
+        return BLUE
+
+    show.reads = slow
+
+    def give_up(name):
+        with pytest.raises(httpx.ReadTimeout):
+            page.post("/photo", b"x", timeout_s=0.3, x_file_name=name)
+
+    give_up("read.jpg")
+    assert begun.get(timeout=20) == "read.jpg"
+    give_up("waits.jpg")
+    give_up("waits too.jpg")
+    answer = queue.Queue()
+    newest = threading.Thread(
+        target=lambda: answer.put(page.post("/photo", b"x", x_file_name="newest.jpg"))
+    )
+    newest.start()
+    time.sleep(0.3)  # its request arrives behind them
+    assert show.look == RED
+    go_on.set()
+    assert answer.get(timeout=20).status_code == 200
+    assert read_names == ["read.jpg", "newest.jpg"]
+    assert page.message("look")["photo"]["name"] == "newest.jpg"
 
 
 # -- content
