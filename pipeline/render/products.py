@@ -62,7 +62,7 @@ def _coat_record(coat: WornCoat, coding: Coding) -> tuple[object, ...]:
     params, whole = coat.product, worn(coat.product, 1.0, coding)
     return (
         coat.strength, params.light_adaptation, *whole.lights, whole.opacity, params.texture_keep,
-        params.undertone, coat.kind.keep_highlights, whole.own_highlights, whole.lobe,
+        params.undertone, coat.kind.kept_highlights(params), whole.own_highlights, whole.lobe,
         whole.reflection, whole.fresnel_front, whole.fresnel_rim, whole.room, whole.shimmer,
         *least_cell(params), *sparing(coat.kind.spared), blur_of(params).T,
     )  # fmt: skip

@@ -58,7 +58,7 @@ def twin(given_coats, amount, light, place, coding, shade):
     materials = [
         material(
             coat.product, coat.strength * amount, light, place_of(*place[:2]), coding,
-            coat.kind.spared, shade, coat.kind.keep_highlights,
+            coat.kind.spared, shade, coat.kind.kept_highlights(coat.product),
         )
         for coat, _ in given_coats
     ]  # fmt: skip

@@ -24,7 +24,10 @@ _FINISHES = {
 _OPEN = 0.36  # an open eye's height, of its width: a blink leaves the line as thick as it was
 _OVER = 0.03  # of the width: how far the line reaches over the lash line, where the lashes grow
 _SLIM = 1.7  # power by which a wing thins to its tip: 1 is a triangle
-_FULL_WING = 0.04  # thickness from which on a wing is as high as the lid's rise lets it be
+_FULL_WING = 0.08  # thickness from which on a wing is as high as the lid's rise lets it be
+# Where the upper line ends; and over how much it thins there, by its thickness, at least and at
+# most; of the eye's width.
+_END, _THINS, _LEAST_THINNING, _MOST_THINNING = 1.04, 1.6, 0.06, 0.2
 _THINNED = -1e3  # px: no line at all
 _SHORTEST_PX = 0.01  # of a wing, so that none divides by zero
 _LOWER = 0.6  # thickness of the lower line by that of the upper one
@@ -60,7 +63,8 @@ def _columns(
     at = np.frombuffer(across, np.float32)
     # thin at the inner corner, full from the middle of the eye on
     here = thick * (0.15 + 0.85 * np.clip(at * 1.25, 0, 1)) + over
-    upper = here * rise(at, 0.08, 0.16) * fall(at, 1.01, 0.06)
+    thins = min(max(_THINS * thick, _LEAST_THINNING), _MOST_THINNING)
+    upper = here * rise(at, 0.08, 0.16) * fall(at, _END - thins / 2, thins)
     reach = rise(at, max(1 - lower, 0.16), 0.25) * fall(at, 1.0, 0.06)
     return upper.astype(np.float32), (_LOWER * thick * reach).astype(np.float32)
 

@@ -18,6 +18,7 @@ SETTINGS = (
     "edge_softness", "texture_keep", "undertone", "gloss_detail", "fresnel", "environment_blur",
     "shimmer", "shimmer_size", "shimmer_tint", "light_adaptation",
 )  # fmt: skip
+_GLOSSY = 0.4  # gloss of a satin: from it on a product is no longer matte
 Shape = Mapping[str, Any]  # values of a kind's dials by name, none missing
 
 
@@ -110,7 +111,7 @@ class Kind:
     shown: the shape with which the documents show what each number of it does.
     most: how many layers of this kind a look may have.
     order: kinds with smaller numbers are painted first.
-    surface: the surface of a face that it is painted on, a key of render's SURFACES.
+    surface: the surface of a face that it is painted on, a key of REGIONS in render/regions.
     coats: what a layer puts on that surface, given the surface's fields, in the order of painting.
     Densities are drawn once for a look, whatever the face; strokes for every frame.
     is_line: True for a kind whose only coat is drawn with strokes.
@@ -118,6 +119,7 @@ class Kind:
     product is darker still (lashes, the dark of a mouth).
     keep_highlights: share of the skin's own highlights that lie over the product: 1 for a film of
     lipstick, little for a powder.
+    keep_matte: the share of these that stays on a product without gloss.
     """
 
     name: str
@@ -144,10 +146,16 @@ class Kind:
     is_line: bool = False
     spared: float = 0.0
     keep_highlights: float = 1.0
+    keep_matte: float = 1.0
 
     def finish(self, name: str) -> dict[str, float]:
         """Every setting of GraphicsParams but red, green and blue."""
         return dict(zip(SETTINGS, self.finishes[name], strict=True))
+
+    def kept_highlights(self, product: GraphicsParams) -> float:
+        """The share of the skin's own highlights that lies over a product, 0..1."""
+        share = min(product.gloss / _GLOSSY, 1)
+        return self.keep_highlights * (self.keep_matte + (1 - self.keep_matte) * share)
 
     def check_shape(self, shape: Any, where: str) -> None:
         """Raises LookError for anything but an object of the kind's dials."""

@@ -59,4 +59,5 @@ KIND = Kind(
     surface="lips",
     coats=_coats,
     spared=0.17,
+    keep_matte=0.2,
 )  # fmt: skip

@@ -55,6 +55,7 @@ _LASH_FEATHER, _LEAST_FEATHER_PX = 0.025, 1.2  # away from a lash line; of the e
 _LIT = slice(8 * LID_LIT[0], 8 * LID_LIT[1])  # columns that light is read for
 _FAINTEST = 1 / 512
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
+_DEEP_SHADE = 2.2  # a lid darker than a fifth of the face lies in the shade, or behind glass
 # Forehead, chin; outer and inner corners of both eyes.
 _CORNERS = np.array([10, 152, EYE[0], EYE[8], RIGHT_EYE[0], RIGHT_EYE[8]])
 _NARROWEST_PX = 4
@@ -309,13 +310,16 @@ class EyesRegion:
         return 1.0
 
     def shade(self, light: SceneLight, mean: float) -> float:
-        """Lids are skin: where they are darker than the face, that much less light falls on them.
+        """Lids are skin: where they are darker than the face, less light falls on them.
 
-        So shadow stays shadow in deep-set eyes, and behind sunglasses nothing shines.
+        So shadow stays shadow in deep-set eyes, and behind sunglasses nothing shines. But lashes,
+        folds and pigment darken lids as well: half of what lids are darker, in logarithms, counts
+        as shade.
         """
         if light.skin <= 0:
             return 1.0
-        return min(max(mean / (_LID_TO_FACE * light.skin), 0.05), 1.0)
+        darker = min(max(mean / (_LID_TO_FACE * light.skin), 0.05), 1.0)
+        return min(math.sqrt(darker), darker * _DEEP_SHADE)
 
 
 EYES = EyesRegion()

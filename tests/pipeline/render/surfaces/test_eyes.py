@@ -1,5 +1,7 @@
 """Slots of eyeshadow: where they lie, and how they follow the lid."""
 
+from dataclasses import replace
+
 import cv2
 import heads
 import numpy as np
@@ -7,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from layers import SLOTS, UPPER_SLOTS, densities, shadow, surface_weight
-from makeup import close_up, inside, true_face
+from makeup import close_up, inside, true_face, white_light
 from makeup_video.pipeline.faces.topology import BROW, EYE, EYE_CONTOUR, RIGHT_BROW, RIGHT_EYE
+from makeup_video.pipeline.render.surfaces.eyes import EYES
 from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
 
 HW = (220, 200)
@@ -145,3 +148,14 @@ def test_the_light_of_a_lid_is_measured_on_skin():
         light, mean = region.shaded(luminance)
         assert light.shape == region.up.shape
         assert mean == pytest.approx(0.2) and np.ptp(light) < 1e-3
+
+
+def test_lids_lie_in_half_of_the_shade_that_they_show():
+    light = replace(white_light(), skin=0.4)
+    even = 0.75 * 0.4  # lids are darker than the face: the brow shades them
+    lids = np.geomspace(1e-4, 2, 200)
+    shades = [EYES.shade(light, float(even * lid)) for lid in lids]
+    assert np.diff(shades).min() >= 0 and max(shades) == 1
+    assert EYES.shade(light, even / 4) == pytest.approx(0.5)
+    assert 0 < shades[0] < 0.15  # nothing shines behind sunglasses
+    assert EYES.shade(replace(light, skin=0.0), even) == 1
