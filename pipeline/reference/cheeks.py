@@ -104,8 +104,8 @@ def density(cheeks: Cheeks, shape: Mapping[str, float]) -> np.ndarray:
 
 def see_cheeks(neutral: NeutralFace) -> Cheeks | None:
     """The cheeks of a photo; None for a face too small or seen from the side."""
-    frame = to_frame(np.ascontiguousarray(neutral.rgb8[..., ::-1]))
-    made = face_surface(neutral.face, frame, coding_of(frame), face_kernel(open_device("")))
+    frame, device = to_frame(np.ascontiguousarray(neutral.rgb8[..., ::-1])), open_device("")
+    made = face_surface(neutral.face, frame, coding_of(frame), face_kernel(device))
     if made is None:
         return None
     surface = made[0]

@@ -69,18 +69,20 @@ def test_a_hidden_mouth_leaves_the_cheeks_out():
 
 
 def test_one_kernel_reads_planes_of_any_size_and_depth():
-    kernel = face_kernel(Device())
+    device = Device()
+    kernel = face_kernel(device)
     for size, pix_fmt in ((0.3, "yuv420p"), (1.5, "yuv444p"), (1.0, "yuv420p10le"), (0.3, "nv12")):
         face = face_at(points() * np.float32(size))
-        frame = frame_of(portrait(), pix_fmt=pix_fmt)
-        fresh = face_surface(face, frame, coding_of(frame), face_kernel(Device()))
+        frame, another = frame_of(portrait(), pix_fmt=pix_fmt), Device()
+        fresh = face_surface(face, frame, coding_of(frame), face_kernel(another))
         again = face_surface(face, frame, coding_of(frame), kernel)
         np.testing.assert_array_equal(again[0].likeness, fresh[0].likeness)
         np.testing.assert_array_equal(again[1], fresh[1])
 
 
 def test_what_was_made_stays_when_the_next_is_made():
-    kernel, frame = face_kernel(Device()), frame_of(portrait())
+    device, frame = Device(), frame_of(portrait())
+    kernel = face_kernel(device)
     first, _, _ = face_surface(face_at(points()), frame, coding_of(frame), kernel)
     before = first.across.copy()
     face_surface(face_at(points() + 30), frame_of(lit(0.5, 0.5, 0.5)), coding_of(frame), kernel)

@@ -28,14 +28,12 @@ def face_at(points_px, track_id=0):
     return Face(points_px.astype(np.float32), 1.0, 1.0, track_id, NO_LIPS)
 
 
-@cache
-def _kernel():
-    return face_kernel(Device())
+_device = cache(Device)
 
 
 def surface_made(face, frame):
     """The surface of a face on a frame, the light on it, and its mean; None where there is none."""
-    return face_surface(face, frame, coding_of(frame), _kernel())
+    return face_surface(face, frame, coding_of(frame), face_kernel(_device()))
 
 
 def lit(*gain):

@@ -106,7 +106,7 @@ def test_noise_of_a_camera_is_no_other_light():
 def test_a_mouth_that_hides_is_read_anew():
     hidden = scene_at(1)
     (face,) = hidden.faces
-    hidden = replace(hidden, faces=(replace(face, face=replace(face.face, mouth_visible=0.4)),))
+    hidden = replace(hidden, faces=(replace(face, face=replace(face.face, mouth_visible=0.5)),))
     assert not is_used_again(scene_at(0), hidden)
 
 
