@@ -162,7 +162,8 @@ def _own_folder(place: str) -> tuple[Path | None, str | None]:
         return None, f"{place}: {error.strerror or error}"
     _own.append(folder)
     if reason := _try(Path(folder)):
-        give_back()
+        _own.remove(folder)
+        shutil.rmtree(folder, ignore_errors=True)
         return None, reason.replace(folder, place)
     return Path(folder), None
 

@@ -7,7 +7,7 @@
  * COLOUR_TRANSFER picks the transfer function when the program is built, as ITU-T H.273 numbers it:
  * 16 PQ, 18 HLG; everything else is 13, sRGB.
  *
- * Here and in every kernel: one pixel per work-item, and plain arithmetic and ?: instead of library
+ * Here and in paint.cl: one pixel per work-item, and plain arithmetic and ?: instead of library
  * functions (min, clamp, fabs, vload, pow ...). PoCL does not inline those functions, and one call
  * that is not inlined keeps PoCL from vectorising the kernel: a single fmin made it ten times
  * slower. */

@@ -3,7 +3,8 @@
  *
  * The rectangles of all regions lie below each other in one picture, the canvas, `stride` pixels
  * wide; each begins at a whole block. A block is BLOCK_ACROSS x BLOCK_DOWN luma pixels and their
- * chroma. Three kernels work one after another, `paint` once for each coat:
+ * chroma. Three kernels work one after another, `paint` up to twice for each coat, on regions
+ * without layers and on those with layers:
  * - luma: the canvas, changed in place where there is weight.
  * - chroma: its Cb, then its Cr, likewise.
  * - codes: f32, Cb and Cr of each luma pixel, likewise.

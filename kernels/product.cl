@@ -39,8 +39,7 @@ EIGHT_STEP void product_place(
 /* A channel of a product under a light of that gain: see _lit in product_material.py. */
 static inline float product_lit(float product, float gain, float ceiling) {
     float below = product * colour_min(gain, 1.0f), above = product * colour_positive(gain - 1.0f);
-    float room = colour_positive(ceiling - below) + MATERIAL_LEAST_ROOM;
-    return below + room * above / (room + above);
+    return material_add(below, above, ceiling);
 }
 
 /* Size, radius and visibility of sparkles: see _cells in product_material.py. */

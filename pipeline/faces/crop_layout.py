@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from makeup_video.pipeline.faces.face import PATCH_SPAN
-from makeup_video.pipeline.faces.similarity import Similarity, distance, iod_of
+from makeup_video.pipeline.faces.similarity import Similarity, iod_of
 from makeup_video.pipeline.frames.affine import AffineArray
 
 
@@ -60,12 +60,6 @@ class CropLayout(NamedTuple):
     def lip_span(self) -> float:
         """The width of the crop of the lips, in IOD."""
         return float(PATCH_SPAN * _SPAN_STEP**self.widening)
-
-    def distance(self, other: "CropLayout") -> float:
-        """How far two layouts differ: the largest of shift (IOD), log scale and turn (radians)."""
-        shifts = [a - b for a, b in zip(self.centres, other.centres, strict=True)]
-        furthest = max(max(abs(shift.real), abs(shift.imag)) for shift in shifts)
-        return max(furthest / iod_of(self.pose), distance(self.pose, other.pose))
 
     def rounded(self, before: "CropLayout | None" = None) -> "CropLayout":
         """This layout on a grid, whose step is a power of two and about 1/64 IOD at most.

@@ -23,12 +23,6 @@ class Similarity(NamedTuple):
     turn: complex = 1 + 0j
     shift: complex = 0j
 
-    @classmethod
-    def from_array(cls, array: AffineArray) -> "Similarity":
-        """The map of a (2, 3) array that is a similarity."""
-        (a, _, x), (c, _, y) = array.tolist()
-        return cls(complex(a, c), complex(x, y))
-
     def array(self) -> AffineArray:
         """(2, 3) float64, for OpenCV."""
         turn, shift = self

@@ -30,6 +30,7 @@ from makeup_video.pipeline.faces.landmarks import (
     relocate,
     to_face,
 )
+from makeup_video.pipeline.faces.matching import match
 from makeup_video.pipeline.faces.nets import FaceNets, load_nets
 from makeup_video.pipeline.faces.optical_flow import MeasureMotion
 from makeup_video.pipeline.faces.right_way_up import UpsideDown
@@ -87,7 +88,10 @@ class _Track:
             self.settled_pose, self.settled_seconds = landmarks.pose, seconds
 
     def distance_to(self, pose: Similarity, seconds: float) -> float:
-        """How far a face is from where this one was, or would be by now: see `distance`."""
+        """How far a face is from where this one was, or would be by now: see `distance`; infinite
+        for a face of another size."""
+        if not 0.5 < iod_of(pose) / iod_of(self.settled_pose) < 2:
+            return math.inf
         turn, shift = self.settled_pose
         moved = Similarity(turn, shift + self.speed * (seconds - self.settled_seconds))
         return min(distance(pose, self.settled_pose), distance(pose, moved))
@@ -250,37 +254,40 @@ class FindFaces:
         """Start to follow the faces that the detector finds and no track follows yet."""
         self._last_detection_seconds = seconds
         upside_down = UpsideDown(self.nets, picture, DETECTOR_SIDES_PX)
+        poses = [track.landmarks.pose for track in self._followed()]
+        started: list[FaceLandmarks] = []
         for detection in detect(self.nets, picture, sides_px, tilt_degrees):
-            followed = self._followed()
-            if len(followed) >= MAX_FACES:
+            if len(poses) >= MAX_FACES:
                 break
-            if any(is_same(detection, track.landmarks.pose) for track in followed):
+            if any(is_same(detection, pose) for pose in poses):
                 continue
             found = locate(self.nets, picture, detection)
             if found is None:
                 continue
             found = upside_down.right_way_up(found)
-            if any(is_same(found.pose, track.landmarks.pose) for track in followed):
+            if any(is_same(found.pose, pose) for pose in poses):
                 continue
             if is_tiny(found.pose):
                 self.tiny_faces += 1
                 continue
-            self._start(found, seconds)
+            started.append(found)
+            poses.append(found.pose)
+        self._start(started, seconds)
 
-    def _start(self, found: FaceLandmarks, seconds: float) -> None:
-        """Follow a face on the track of one that was lost a moment ago, or on a new track."""
-        size = iod_of(found.pose)
-        lost = [
-            track
-            for track in self._tracks
-            if not track.is_followed and 0.5 < size / iod_of(track.settled_pose) < 2
-        ]
-        nearest = min(lost, key=lambda track: track.distance_to(found.pose, seconds), default=None)
-        if nearest is not None and nearest.distance_to(found.pose, seconds) < RETURN_REACH:
-            nearest.update(found, seconds)
-        else:
-            self._tracks.append(_Track(self._next_id, found, seconds))
-            self._next_id += 1
+    def _start(self, faces: list[FaceLandmarks], seconds: float) -> None:
+        """Follow faces on the tracks of those that were lost a moment ago, or on new tracks.
+
+        The tracks are chosen for all faces of a detection at once. One by one, a face could take
+        the track of its neighbour, and the surest would choose first.
+        """
+        lost = [track for track in self._tracks if not track.is_followed]
+        distances = [[track.distance_to(face.pose, seconds) for track in lost] for face in faces]
+        for face, index in zip(faces, match(distances, RETURN_REACH), strict=True):
+            if index is not None:
+                lost[index].update(face, seconds)
+            else:
+                self._tracks.append(_Track(self._next_id, face, seconds))
+                self._next_id += 1
 
 
 def _is_new_slot(seconds: float, last: float, length_seconds: float) -> bool:

@@ -58,11 +58,14 @@ class EvenTimes:
         self._usual_step = 0.0
 
     def __call__(self, seconds: float) -> float:
-        """The evened time. seconds: later than in the call before."""
+        """The evened time, `seconds` or later, and always later than the evened time before.
+
+        seconds: later than in the call before.
+        """
         if self._arrived is not None:
             step = seconds - self._arrived
-            share = _STEP_SHARE if step < GAP_SECONDS else 1  # a pause is no usual step
-            self._usual_step += share * ((step if step < GAP_SECONDS else 0) - self._usual_step)
+            if step < GAP_SECONDS:  # a pause is no usual step
+                self._usual_step += _STEP_SHARE * (step - self._usual_step)
             self._evened = max(seconds, self._evened + _LEAST_STEP * self._usual_step)
         else:
             self._evened = seconds

@@ -79,7 +79,7 @@ class LiveRun:
     log: called with a line of text for each event on the way.
     compare: keep the camera's planes in each picture; any thread may set this attribute.
     observe: called for each frame with the times at which its stages ended.
-    Raises InstallError, UsageError for the device.
+    Raises as open_device does.
     """
 
     def __init__(

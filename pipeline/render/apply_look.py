@@ -22,7 +22,8 @@ def apply_look(rgb8: np.ndarray, look: Look, faces: Iterable[Face] | None = None
     those with numbers that are not finite, or beyond a million px, are left alone.
     Returns a new (H, W, 3) uint8 array, encoded like rgb8; a plain copy when there is no face or
     the look is bare.  Raises ValueError for another shape or dtype, TypeError for a look of another
-    type and for faces that are not faces, InstallError when the face nets or OpenCL are missing.
+    type and for faces that are not faces, InstallError when the face nets or OpenCL are missing,
+    OutputError when no folder has room for compiled kernels.
     """
     kept = _of_thread.__dict__
     if kept.get("process") != os.getpid():  # a forked process cannot use its parent's kernels
@@ -62,6 +63,7 @@ class PaintPictures:
             item = FrameFaces(frame, check_faces(faces))
         sound = FrameFaces(frame, sound_faces(item))
         self._composite = self._composite or Composite(look)
-        self._composite.set_look(look)
+        if self._composite.look is not look:  # a look that is set draws its charts anew
+            self._composite.set_look(look)
         painted = self._composite(BuildScene()(sound))
         return np.ascontiguousarray(merge(stored, painted, before)[..., ::-1])

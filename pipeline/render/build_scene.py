@@ -46,7 +46,7 @@ class BuildScene:
     """FrameFaces -> FrameScene; keeps, for each track, the light of its regions.
 
     device: as for open_device.  exclusive: with kernel objects of its own, so that a thread of
-    lower priority cannot block this one.  Raises InstallError, UsageError for the device.
+    lower priority cannot block this one.  Raises as open_device does.
     """
 
     def __init__(self, device: str = "", *, exclusive: bool = False) -> None:

@@ -41,7 +41,7 @@ class Composite:
     chosen_frames: how many had a face that was chosen by `faces`, its lips and lids seen or not.
     numbers: the ids of all faces seen.  largest_id: the face that was painted last as the largest.
     level: may be set between two frames. At LESS_DETAIL large regions are painted at half size.
-    Raises InstallError, UsageError for the device.
+    Raises as open_device does.
     """
 
     def __init__(self, look: Look, device: str | Canvas = "", faces: str = "all") -> None:

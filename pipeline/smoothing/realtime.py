@@ -41,11 +41,10 @@ class SmoothLive:
                 f"{min_cutoff_hz}, {speed_cutoff_hz} and {rise_hz}"
             )
         options = min_cutoff_hz, rise_hz, speed_cutoff_hz
-        self._tracks = Tracks(lambda face: _Filter(face, *options), gap_seconds)
-        self._even = EvenTimes()
+        self._tracks = Tracks(lambda face: _Filter(face, *options), gap_seconds, EvenTimes())
 
     def __call__(self, item: FrameFaces) -> FrameFaces:
-        now = self._even(self._tracks.advance(item))
+        now = self._tracks.advance(item)
         faces = tuple(
             self._tracks.track_of(face, now).smooth(face, now) for face in sound_faces(item)
         )

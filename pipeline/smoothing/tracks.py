@@ -23,16 +23,23 @@ class Tracks(Generic[T]):
     """What is remembered of each face. A cut, or an absence of more than gap_seconds, ends it.
 
     begin: makes the memory of a new track from its first face.
+    even: media time, which always advances -> the time that the tracks keep.
     """
 
-    def __init__(self, begin: Callable[[Face], T], gap_seconds: float) -> None:
+    def __init__(
+        self,
+        begin: Callable[[Face], T],
+        gap_seconds: float,
+        even: Callable[[float], float] = lambda seconds: seconds,
+    ) -> None:
         self._begin = begin
+        self._even = even
         self._clock = MediaClock()
         self._tracks: TrackMemory[int, T] = TrackMemory(gap_seconds)
 
     def advance(self, item: FrameFaces) -> float:
-        """Go on to this frame; returns its time in seconds."""
-        now = self._clock.tick(item.frame)
+        """Go on to this frame; returns its time in seconds, evened."""
+        now = self._even(self._clock.tick(item.frame))
         if item.cut:
             self._tracks.clear()
         self._tracks.forget(now)

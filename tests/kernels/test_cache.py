@@ -99,6 +99,16 @@ def test_no_room_anywhere_is_one_line_that_names_all_places(monkeypatch, tmp_pat
     assert own_folders(tmp_path) == [] and os.environ["POCL_CACHE_DIR"] == ""
 
 
+def test_a_device_without_room_leaves_others_their_folder(monkeypatch, tmp_path):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file" / "below"))
+    first = settle()
+    monkeypatch.setattr(cache, "_allocate", full)
+    with pytest.raises(NoRoomError):
+        settle()
+    assert own_folders(tmp_path) == [first] and os.environ["POCL_CACHE_DIR"] == str(first)
+
+
 def test_only_leftovers_of_pocl_are_removed(tmp_path):
     def make(name, text="", age=0):
         (tmp_path / name).write_text(text)

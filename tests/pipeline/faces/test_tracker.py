@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from face_checks import assert_sound, error_percent, middle, run, wall
 from makeup_video.pipeline import FindFaces, find_faces, lip_mask
+from makeup_video.pipeline.faces import tracker
 from makeup_video.pipeline.faces.topology import LIPS
 from people import TICK, clip, clip_points, face_of, frame_of, grey, put
 
@@ -158,6 +159,24 @@ def test_a_face_hidden_for_a_moment_keeps_its_number():
     hidden = [face for face in items[0].faces if middle(face)[0] > 330]
     again = [face for face in items[-1].faces if middle(face)[0] < 480]
     assert [face.track_id for face in again] == [face.track_id for face in hidden]
+
+
+@pytest.mark.parametrize("step", [1, -1])
+def test_two_faces_that_return_elsewhere_keep_their_numbers(monkeypatch, step):
+    """Beyond the middle between both: the one is then nearer to where the other was."""
+    detect = tracker.detect  # surest first: of equal faces it may be either
+    monkeypatch.setattr(tracker, "detect", lambda *given: detect(*given)[::step])
+    face = face_of(90)[:, 36:152]
+
+    def scene(x: int) -> np.ndarray:
+        return put(put(wall(), face, x, 60), face, x + 120, 60)
+
+    items = run([scene(100)] * 5 + [wall()] * 6 + [scene(165)] * 8)
+    first, last = (
+        [face.track_id for face in sorted(item.faces, key=lambda face: middle(face)[0])]
+        for item in (items[0], items[-1])
+    )
+    assert sorted(first) == [0, 1] and last == first
 
 
 def test_a_face_away_for_long_returns_under_a_new_number():

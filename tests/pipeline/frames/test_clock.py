@@ -3,7 +3,7 @@ from itertools import pairwise
 
 import pytest
 from heads import frame
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from makeup_video.pipeline.frames.clock import GAP_SECONDS, EvenTimes, MediaClock
 
@@ -35,11 +35,19 @@ def test_times_are_evened_only_where_frames_come_too_close():
     assert 0.7 / 30 < pair[1] - pair[0] < 1 / 30
 
 
-@given(st.lists(st.floats(1e-6, 3), min_size=1, max_size=60))
-def test_even_times_increase_and_never_run_far_ahead(steps):
-    even, now, times = EvenTimes(), 0.0, [-1.0]
-    for step in steps:
-        now += step
-        times.append(even(now))
-        assert times[-1] > times[-2]
-        assert now <= times[-1] < now + 10 * GAP_SECONDS
+STEADY, BURST, PAUSE = st.floats(0.01, 0.14), st.floats(1e-6, 0.005), st.floats(0.15, 3)
+
+
+@given(
+    st.lists(st.tuples(STEADY | BURST | PAUSE, st.integers(1, 40)), min_size=1, max_size=8),
+    st.sampled_from([0.0, 2e7]),  # months
+)
+@example([(0.125, 40), (0.003, 3), (0.16, 1)], 0.0)
+def test_even_times_increase_and_never_run_far_ahead(steps, now):
+    even, times = EvenTimes(), [-1.0]
+    for step, count in steps:
+        for _ in range(count):
+            now += step
+            times.append(even(now))
+            assert times[-1] > times[-2]
+            assert now <= times[-1] < now + 10 * GAP_SECONDS

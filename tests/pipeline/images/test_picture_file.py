@@ -50,7 +50,7 @@ def test_only_painted_pixels_change(seed, shape, dtype):
     assert frame.chroma == (1, 1) and frame.tags.range == 2 and frame.bit_depth == 8
     before = [plane.copy() for plane in frame.planes]
     painted = np.zeros(shape[:2], bool)
-    painted[2:4, 3:5] = True
+    painted[[2, 4], [3, 5]] = True  # those between the two stay
     luma = frame.writable_planes()[0]
     luma[painted] = 255 - (luma[painted] > 127) * 255
     out = merge(pixels, frame, before)
@@ -61,6 +61,13 @@ def test_only_painted_pixels_change(seed, shape, dtype):
     assert (np.abs(out[changed][:, :3].astype(int) - original[changed][:, :3]) > 8 * scale).any()
     if shape[2] == 4:
         np.testing.assert_array_equal(out[..., 3], pixels[..., 3])
+
+
+@pytest.mark.parametrize("shape", [(9, 7, 3), (5, 6, 1)])
+def test_pixels_that_nobody_painted_are_the_same_array(shape):
+    pixels = scene(shape)
+    frame = to_frame(pixels)
+    assert merge(pixels, frame, [plane.copy() for plane in frame.planes]) is pixels
 
 
 def test_the_frame_shows_the_colours_of_the_file():

@@ -25,6 +25,7 @@ from makeup_video.pipeline import (
     product,
 )
 from makeup_video.pipeline.faces.lip_mask import lip_mask
+from makeup_video.pipeline.render import composite
 from makeup_video.pipeline.render.apply_look import PaintPictures
 from media import decoded, make_clip
 from people import SAMPLES, clip, clip_points, face_of, film, grey, portrait, put
@@ -242,6 +243,15 @@ def test_many_pictures_load_the_kernels_once():
     for _ in range(3):
         apply_look(rgb8, BLUE, faces)
     assert len(linecache.cache) == loaded
+
+
+def test_charts_of_a_look_are_drawn_once_for_many_pictures(monkeypatch):
+    drawn, groups_of = [], composite.groups_of
+    monkeypatch.setattr(composite, "groups_of", lambda layers: drawn.append(1) or groups_of(layers))
+    paint, faces = PaintPictures(), find_faces(portrait())
+    for look in (BOTH, BOTH, RED, RED, BOTH):
+        paint(portrait(), look, faces)
+    assert len(drawn) == 3
 
 
 def test_what_is_no_face_is_refused_with_what_to_give():

@@ -8,6 +8,7 @@ from heads import HEAD_PX, IOD_PX, face, frame, xy_px
 from makeup_video.pipeline.faces.face import FrameFaces
 from makeup_video.pipeline.faces.topology import LIPS
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
+from makeup_video.pipeline.smoothing import realtime
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 from makeup_video.pipeline.smoothing.realtime import SmoothLive
 
@@ -84,6 +85,15 @@ def test_a_still_face_is_steady_however_frames_arrive():
     for kind in ("even", "late at random"):
         got = live(read, stamps(kind, 300, 1 / 60))
         assert (got - still)[30:].std() < 0.5 * (read - still)[30:].std()
+
+
+def test_a_camera_that_speeds_up_keeps_the_filter_of_a_face(monkeypatch):
+    """Evened times then run ahead for a while, by more than an absence may take."""
+    begun, new = [], realtime._Filter
+    monkeypatch.setattr(realtime, "_Filter", lambda *given: begun.append(given) or new(*given))
+    seconds = 1000 + np.cumsum([1 / 10] * 40 + [1 / 30] * 60)
+    live(noisy(HEAD_PX[:100]), seconds)
+    assert len(begun) == 1
 
 
 def test_dropped_frames_do_no_harm():
