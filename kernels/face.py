@@ -1,5 +1,5 @@
 """Host side of face.cl, which makes the surface of a whole face; its numpy twin is
-pipeline/render/surfaces/face_reference.py. The constants of both are here."""
+pipeline/render/surfaces/face_twin.py. The constants of both are here."""
 
 from dataclasses import dataclass
 

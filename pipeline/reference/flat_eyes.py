@@ -18,7 +18,7 @@ from makeup_video.pipeline.look.kinds.fields import LID, EyeChart
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
 from makeup_video.pipeline.render.surfaces.eyes import SIZE_WH, LidSurface
-from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
+from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
 
 _UP, _DOWN = heights(True), heights(False)
 _HEIGHTS = np.concatenate([_UP, _DOWN])

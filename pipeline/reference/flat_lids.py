@@ -13,7 +13,7 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.render.grid import Grid
 from makeup_video.pipeline.render.surfaces.eyes import SIZE_WH
-from makeup_video.pipeline.render.surfaces.eyes_reference import lid_curves
+from makeup_video.pipeline.render.surfaces.eyes_twin import lid_curves
 
 FLAT_WH = (160, 64)  # px: both eyes beside each other, the outer corners outside
 _ABOVE = 46  # rows from above the fold to the lash line

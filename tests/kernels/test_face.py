@@ -18,7 +18,7 @@ from makeup_video.kernels.program import Device
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.render.surfaces.face import FaceSurface, face_kernel, face_surface
-from makeup_video.pipeline.render.surfaces.face_reference import face_surface_twin
+from makeup_video.pipeline.render.surfaces.face_twin import face_surface_twin
 from people import frame_of, portrait
 
 

@@ -30,8 +30,8 @@ from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.luminance import luminances
-from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
-from makeup_video.pipeline.render.surfaces.lips_reference import lips_surface
+from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
+from makeup_video.pipeline.render.surfaces.lips_twin import lips_surface
 from people import frame_of
 
 SHUT, OPEN, BLINK = 60, 100, 75  # frames of the sample

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, iod_px
 from makeup_video.pipeline.faces.find import find_faces
-from makeup_video.pipeline.render.surfaces.lips_reference import lips_surface
+from makeup_video.pipeline.render.surfaces.lips_twin import lips_surface
 from makeup_video.training.faces.evaluate import iou_of, read_rgb
 from makeup_video.training.inputs import existing
 

@@ -15,8 +15,8 @@ from makeup_video.pipeline.look.look import ZONES, Look
 from makeup_video.pipeline.reference.crops import CROPPED, NUMBERS
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
-from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
-from makeup_video.pipeline.render.surfaces.lips_reference import lips_surface
+from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
+from makeup_video.pipeline.render.surfaces.lips_twin import lips_surface
 from makeup_video.pipeline.render.surfaces.surface import Surface
 from makeup_video.training.reference.augment import jpeg
 from makeup_video.training.reference.draw_products import draw_settings, look_of

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from makeup_video.pipeline.reference.flat_eyes import FLAT_HW, flat_eyes
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
-from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
+from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
 from people import portrait
 from reference_photos import face
 

@@ -14,7 +14,7 @@ from makeup import inside
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE_CORNERS, LIPS_INNER, LIPS_OUTER
 from makeup_video.pipeline.faces.tracker import FindFaces
-from makeup_video.pipeline.render.surfaces.lips_reference import lips_surface
+from makeup_video.pipeline.render.surfaces.lips_twin import lips_surface
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 from people import frame_of
 

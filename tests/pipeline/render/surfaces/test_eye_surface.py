@@ -18,7 +18,7 @@ from makeup_video.pipeline.faces.topology import (
 from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds.eyeshadow import KIND
 from makeup_video.pipeline.render.surfaces.eyes import OUTWARDS
-from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
+from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
 
 HW = (220, 200)
 OPEN, SHUT = 60, 75  # frames of the sample

@@ -12,7 +12,7 @@ from layers import SLOTS, UPPER_SLOTS, densities, shadow, surface_weight
 from makeup import close_up, inside, true_face, white_light
 from makeup_video.pipeline.faces.topology import BROW, EYE, EYE_CONTOUR, RIGHT_BROW, RIGHT_EYE
 from makeup_video.pipeline.render.surfaces.eyes import EYES
-from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
+from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
 
 HW = (220, 200)
 

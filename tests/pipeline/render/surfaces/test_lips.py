@@ -12,7 +12,7 @@ from makeup import close_up, inside, true_face
 from makeup_video.pipeline.faces.face import MIN_FACE_PX
 from makeup_video.pipeline.faces.topology import LIPS_INNER, LIPS_OUTER
 from makeup_video.pipeline.frames.affine import compose, invert
-from makeup_video.pipeline.render.surfaces.lips_reference import lips_surface
+from makeup_video.pipeline.render.surfaces.lips_twin import lips_surface
 
 HW = (220, 200)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import heads
 import numpy as np
 from makeup import close_up, true_face
-from makeup_video.pipeline.render.surfaces.lips_reference import lips_surface
+from makeup_video.pipeline.render.surfaces.lips_twin import lips_surface
 
 
 def test_light_at_the_seam_follows_the_mouth_without_steps():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from heads import HEAD_PX, face
 from layers import SLOTS, densities, lipstick, shadow
-from makeup_video.pipeline.render.surfaces.eyes_reference import lid_surfaces
-from makeup_video.pipeline.render.surfaces.lips_reference import lips_surface
+from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
+from makeup_video.pipeline.render.surfaces.lips_twin import lips_surface
 
 
 def weighted_box(side, softness, density):

@@ -1,4 +1,4 @@
-"""The lids' surface in numpy: the reference that kernels/surface.cl is tested against."""
+"""The lids' surface in numpy: the twin that kernels/surface.cl is tested against."""
 
 import numpy as np
 from makeup_video.kernels.surface import (

@@ -1,4 +1,4 @@
-"""The lips' surface in numpy: the reference that kernels/surface.cl is tested against."""
+"""The lips' surface in numpy: the twin that kernels/surface.cl is tested against."""
 
 import cv2
 import numpy as np

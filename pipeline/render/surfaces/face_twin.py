@@ -1,4 +1,4 @@
-"""The surface of a face in numpy: the reference that kernels/face.cl is tested against."""
+"""The surface of a face in numpy: the twin that kernels/face.cl is tested against."""
 
 from functools import cache
 
