@@ -130,6 +130,24 @@ def test_a_dragged_slider_is_not_reset_by_another_page(live, visit):
     assert other.look() == page.look()
 
 
+def test_a_slider_that_is_released_shows_the_newest_value(live, visit):
+    page, other = visit(live), visit(live)
+    wear(page, RED)
+    other.until(lambda: other.page.input_value("#lips-panel .hex") == RED)
+    mine, theirs = (visitor.page.locator("#lips-panel").get_by_label for visitor in (page, other))
+    gloss = mine("Gloss", exact=True)
+    gloss.evaluate("(one) => one.scrollIntoView({ block: 'center' })")
+    box = gloss.bounding_box()
+    page.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.page.mouse.down()
+    theirs("Gloss, as a number").fill("0.11")
+    theirs("Opacity, as a number").fill("0.66")
+    page.until(lambda: mine("Opacity", exact=True).input_value() == "0.66")
+    page.page.mouse.up()
+    assert gloss.input_value() == "0.11"
+    assert page.look() == other.look()
+
+
 def test_a_dropped_photo_gives_its_look(live, visit):
     page = visit(live)
     wear(page, RED)

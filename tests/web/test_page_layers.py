@@ -114,6 +114,7 @@ def test_a_layer_as_in_a_photo_can_get_a_plain_shape(page, tmp_path):
     controls.locator("summary", has_text="Shape").click()
     assert not number(controls, "Outer").is_visible()
     controls.get_by_role("button", name="Use a plain shape").click()
+    assert controls.locator(":focus").get_attribute("type") == "range"
     assert page.look().of("eyeshadow")[0].shape == {"slot": "outer"}
     assert number(controls, "Outer").is_visible()
     assert not controls.get_by_text("Lies as in the photo").is_visible()

@@ -29,6 +29,8 @@ def test_a_recording_is_started_and_stopped_with_its_sound(chromium, visit, tmp_
     page.until(lambda: "REC" not in figures(page))
     (path,) = page.until(lambda: list(tmp_path.glob("makeup-*[0-9].mkv")))
     assert "part" not in path.name
+    page.until(lambda: page.page.inner_text("#notice").startswith(f"{path.name} (0:0"))
+    assert "lies in the folder where makeup-video runs" in page.page.inner_text("#notice")
     flashes, claps = marks(path)
     assert len(flashes) >= 1
     for flash in flashes[:-1]:  # the recording may end between a flash and its clap
@@ -48,6 +50,28 @@ def test_two_presses_in_a_row_start_and_stop_a_recording(live, visit, tmp_path):
     page.page.wait_for_timeout(700)
     assert "REC" not in figures(page)
     assert page.page.inner_text("#error") == ""
+
+
+def test_a_double_click_starts_a_recording_and_leaves_it(live, visit, tmp_path):
+    page = visit(live)
+    page.page.dblclick("#record-button")
+    page.until(lambda: "REC 0:01" in figures(page))
+    page.page.click("#record-button")
+    page.until(lambda: "lies in the folder" in page.page.inner_text("#notice"))
+    assert len(list(tmp_path.glob("makeup-*.mkv"))) == 1
+
+
+# The figures before a recording, and twice after one that ended without a frame.
+NOTHING = """() => import("/static/status.js").then(({ showFigures }) => {
+    const sink = {kind: "recording", name: "makeup-20260101-101010.mkv", pictures: 0, seconds: 0, is_over: true};
+    for (const sinks of [[], [sink], [sink]]) showFigures({fps: 30, level: 0, viewers: 1, notice: "", sinks});
+})"""
+
+
+def test_a_recording_without_a_frame_is_said(demo, visit):
+    page = visit(demo)
+    page.page.evaluate(NOTHING)
+    assert page.page.inner_text("#notice").startswith("Nothing was recorded")
 
 
 def test_the_looks_are_shown_on_whom_the_camera_sees(live, visit):

@@ -75,7 +75,7 @@ def test_shades_that_were_used_or_kept_come_back(page):
     page.until(lambda: labels()[:3] == ["#405060", "#708090", "#102030"])
     own.first.click()
     assert page.look().lips.hex == "#405060"
-    page.page.get_by_role("button", name="No longer keep this shade").first.click()
+    page.page.get_by_role("button", name="Keep this shade", pressed=True).first.click()
     page.until(lambda: not own.first.inner_text().startswith("★"))
 
 

@@ -1,9 +1,9 @@
 // The choice of the camera and its size.
 
+import { ask, NO_ANSWER } from "./ask.js";
 import { el } from "./elements.js";
 
 const section = document.getElementById("camera");
-const NO_ANSWER = "The camera could not be changed: the server does not answer.";
 
 /**
  * Show what may be chosen. session: its name.  onOwner(isOwner): told whether this is the machine of
@@ -12,7 +12,7 @@ const NO_ANSWER = "The camera could not be changed: the server does not answer."
 export async function showCameras(session, onOwner, onError) {
   const address = `/camera?session=${encodeURIComponent(session)}`;
   try {
-    const response = await fetch(address);
+    const response = await ask(address);
     if (!response.ok) return;
     const choices = await response.json();
     onOwner(choices.is_owner);
@@ -36,12 +36,12 @@ function show(choices, address, onError) {
       size: sizeChoice.lastElementChild.value || "1280x720",
     });
     try {
-      const response = await fetch(`${address}&${chosen}`, { method: "POST" });
+      const response = await ask(`${address}&${chosen}`, { method: "POST" });
       const answer = await response.json();
       if (!response.ok) onError(answer.error);
       show(response.ok ? answer : choices, address, onError);
     } catch {
-      onError(NO_ANSWER);
+      onError(`The camera could not be changed: ${NO_ANSWER}`);
     }
     section.setAttribute("aria-busy", "false");
   };

@@ -35,20 +35,26 @@ export function colourField(label, onInput) {
   const error = el("p", { className: "error", id: newId("hex-error"), role: "alert" });
   hex.setAttribute("aria-describedby", error.id);
   let current = "";
+  let before = null; // the colour before a text that is still being typed
   well.addEventListener("input", () => onInput(readHex(well.value)));
   hex.addEventListener("input", () => {
     const rgb = readHex(hex.value);
     hex.setCustomValidity(rgb === null ? "Six hex digits, such as B4002E" : "");
     // three digits may still become six
     if (rgb !== null) error.textContent = "";
-    if (rgb !== null && hex.value.trim().length >= 6) onInput(rgb);
+    if (rgb === null || hex.value.trim().length < 6) return;
+    before ??= current;
+    onInput(rgb);
   });
   hex.addEventListener("change", () => {
     const rgb = readHex(hex.value);
+    // the first digits of a longer text may have been a colour
+    const chosen = rgb ?? (before && readHex(before));
+    if (chosen !== null) onInput(chosen);
     error.textContent =
       rgb === null ? `“${hex.value}” is no colour: give six hex digits, such as B4002E.` : "";
-    if (rgb !== null) onInput(rgb);
-    else hex.value = current;
+    if (rgb === null) hex.value = current;
+    before = null;
     hex.setCustomValidity("");
   });
   hex.addEventListener("blur", () => (hex.value = current));

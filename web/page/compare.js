@@ -29,8 +29,10 @@ export class Compare {
   }
 
   set isOn(on) {
+    const hadFocus = document.activeElement === this.#divider;
     this.#isOn = on;
     this.#area.hidden = !on;
+    if (hadFocus && !on) document.getElementById("compare-button").focus({ preventScroll: true });
     this.#show();
   }
 

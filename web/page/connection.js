@@ -1,12 +1,18 @@
 // The WebSocket: messages in and out, pictures in, and reconnecting.
 
+import { isText, recall, remember } from "./remember.js";
+
 const HEADER_BYTES = 20; // <QHHII: pts in us, rotation, flags, bytes painted, bytes before
 const IS_VIDEO = 1; // flags: H.264 rather than JPEG; either part is a key frame
 const KEY = 2;
 const KEY_BEFORE = 4;
 const FIRST_PAUSE_MS = 400;
 const LONGEST_PAUSE_MS = 5000;
-const SESSION = "session"; // a page that is reloaded finds its portrait and look again
+const SILENT_S = 5; // before a camera, figures come twice a second
+const OPENING_S = 10; // until the first message
+// a page that is reloaded finds its portrait and look again
+const SESSION = "session";
+const SESSION_PLACE = "sessionStorage";
 
 /**
  * Parse a picture: {pts, rotation, isVideo, painted, before}, each of the last two {data, isKey};
@@ -42,7 +48,10 @@ export class Connection {
   #timer = 0;
   #stopped = false; // the server announced that it stops
   #isUp = false;
-  #session = sessionStorage.getItem(SESSION) ?? ""; // our last one, which the server may still have
+  #mode = ""; // live or demo
+  #silentS = 0; // without a message, while the page ran: a sleeping laptop counts none
+  // our last one, which the server may still have
+  #session = recall(SESSION, (name) => (isText(name) ? name : ""), SESSION_PLACE);
 
   constructor(on) {
     this.#on = on;
@@ -50,6 +59,7 @@ export class Connection {
     // reconnect at once when the browser is online or visible again
     window.addEventListener("online", () => this.#hurry());
     document.addEventListener("visibilitychange", () => document.hidden || this.#hurry());
+    setInterval(() => this.#watch(), 1000);
   }
 
   /** Send a message; returns false, and does nothing, while the connection is lost. */
@@ -68,9 +78,11 @@ export class Connection {
     socket.onmessage = (event) => this.#receive(event.data);
     socket.onclose = () => this.#closed();
     this.#socket = socket;
+    this.#silentS = 0;
   }
 
   #receive(data) {
+    this.#silentS = 0;
     if (typeof data !== "string") {
       this.#on.picture(parsePicture(data));
       return;
@@ -79,7 +91,8 @@ export class Connection {
     if (message.type === "hello") {
       this.#isUp = true;
       this.#session = message.session;
-      sessionStorage.setItem(SESSION, message.session);
+      this.#mode = message.mode;
+      remember(SESSION, message.session, SESSION_PLACE);
       this.#stopped = false;
       this.#pauseMs = FIRST_PAUSE_MS;
     }
@@ -93,6 +106,17 @@ export class Connection {
     this.#isUp = false;
     this.#timer = setTimeout(() => this.#open(), this.#pauseMs);
     this.#pauseMs = Math.min(2 * this.#pauseMs, LONGEST_PAUSE_MS);
+  }
+
+  /** Give up a connection whose other end is lost without a close. A demo may be silent. */
+  #watch() {
+    if (this.#socket === null || (this.#isUp && this.#mode !== "live")) return;
+    this.#silentS += 1;
+    if (this.#silentS <= (this.#isUp ? SILENT_S : OPENING_S)) return;
+    // the browser would wait for the other end before it calls onclose
+    this.#socket.onmessage = this.#socket.onclose = null;
+    this.#socket.close();
+    this.#closed();
   }
 
   #hurry() {

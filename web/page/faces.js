@@ -6,10 +6,10 @@ const dialog = document.getElementById("faces");
 const picture = dialog.querySelector(".picture");
 
 /**
- * Ask which face is meant. error, picture, faces: as in the answer of /photo.
- * Resolves to the number of the face, or to null when the visitor chooses none.
+ * Ask which face is meant. error, picture, faces: as in the answer of /photo.  signal: aborted when
+ * a newer photo is given. Resolves to the number of the face, or to null when none is chosen.
  */
-export function chooseFace({ error, picture: jpeg, faces }) {
+export function chooseFace({ error, picture: jpeg, faces }, signal) {
   dialog.querySelector("h2").textContent = error;
   const image = el("img", { alt: "", src: URL.createObjectURL(blobOf(jpeg)) });
   return new Promise((resolve) => {
@@ -21,7 +21,10 @@ export function chooseFace({ error, picture: jpeg, faces }) {
       button.onclick = () => dialog.close(String(face.number));
       return button;
     });
+    const close = () => dialog.close();
+    signal.addEventListener("abort", close);
     dialog.onclose = () => {
+      signal.removeEventListener("abort", close);
       URL.revokeObjectURL(image.src);
       resolve(dialog.returnValue === "" ? null : Number(dialog.returnValue));
     };

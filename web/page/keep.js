@@ -1,8 +1,11 @@
 // Saving and opening: the look as a file, the picture as PNG, undo and redo.
 
+import { isReadable, NO_ANSWER, unreadable } from "./ask.js";
 import { lookFile } from "./look.js";
+import { tellInFullScreen } from "./status.js";
 
 const ERROR_MS = 20_000;
+const MOST_BYTES = 64_000; // of a look file: the server cuts off a page that sends more than 65,536
 const error = document.getElementById("error");
 const name = document.getElementById("name");
 let clearing = 0;
@@ -14,17 +17,7 @@ export function showError(text) {
   if (text) error.scrollIntoView({ block: "nearest" }); // on a phone it is far below the picture
   clearTimeout(clearing);
   clearing = setTimeout(() => (error.textContent = ""), ERROR_MS);
-}
-
-/** Name the look, and with it the files that are saved. */
-export function nameAs(text) {
-  name.value = text;
-}
-
-/** Name the look after the file that it was read from. */
-export function nameAfter(file) {
-  const stem = file.name.replace(/\.[^.]*$/, "");
-  if (stem) nameAs(stem);
+  tellInFullScreen(text);
 }
 
 function download(blob, ending) {
@@ -42,19 +35,24 @@ async function downloadPicture(session, both = "") {
     if (response.ok) download(await response.blob(), "png");
     else showError((await response.json()).error);
   } catch {
-    showError("The picture could not be saved: the server does not answer.");
+    showError(`The picture could not be saved: ${NO_ANSWER}`);
   }
 }
 
-/** Read a look file and `send` it; the server returns the complete look, or an error. */
+/** Read a look file and send(look, file) it; the server returns the complete look, or an error. */
 export async function openLook(file, send) {
   showError("");
+  const choose = "choose a JSON file made by “Save look”.";
+  if (!(await isReadable(file))) return showError(unreadable(file));
+  if (file.size > MOST_BYTES) {
+    const [size, most] = [Math.ceil(file.size / 1000), MOST_BYTES / 1000];
+    return showError(`${file.name} has ${size} kB, a look file ${most} kB at most: ${choose}`);
+  }
   try {
     const look = JSON.parse((await file.text()).replace(/^\uFEFF/, ""));
-    nameAfter(file);
-    send(look);
+    send(look, file);
   } catch {
-    showError(`${file.name} is not a look file: choose a JSON file made by “Save look”.`);
+    showError(`${file.name} is not a look file: ${choose}`);
   }
 }
 
@@ -62,7 +60,7 @@ export async function openLook(file, send) {
 export function wireKeep(store, session, send) {
   button("undo").onclick = () => store.undo();
   button("redo").onclick = () => store.redo();
-  button("reset").onclick = () => store.replace(store.photoLook);
+  button("reset").onclick = () => store.isPhotoLook || store.replace(store.photoLook);
   button("save-look").onclick = () =>
     download(new Blob([lookFile(store.look)], { type: "application/json" }), "json");
   button("save-picture").onclick = () => downloadPicture(session());
@@ -72,9 +70,13 @@ export function wireKeep(store, session, send) {
     if (input.files.length) openLook(input.files[0], send);
     input.value = "";
   });
+  name.addEventListener("input", () => (store.name = name.value));
+  // not `disabled`, which would take the focus from the button
+  const enable = (id, can) => button(id).setAttribute("aria-disabled", !can);
   store.addEventListener("change", () => {
-    button("undo").disabled = !store.canUndo;
-    button("redo").disabled = !store.canRedo;
-    button("reset").disabled = store.isPhotoLook;
+    if (name.value !== store.name) name.value = store.name;
+    enable("undo", store.canUndo);
+    enable("redo", store.canRedo);
+    enable("reset", !store.isPhotoLook);
   });
 }

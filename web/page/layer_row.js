@@ -2,7 +2,7 @@
 
 import { el, fineCanvas } from "./elements.js";
 import { inWords, wholeShape } from "./layers.js";
-import { moveByKeys, stopAt } from "./row.js";
+import { moveByKeys, putButtons, stopAt } from "./row.js";
 import { drawSwatch } from "./swatch.js";
 
 /** on: {choose(at), add(), remove()}, called when the visitor presses a button. */
@@ -20,7 +20,7 @@ export class LayerRow {
     this.#on = on;
     this.#add = el(
       "button",
-      { type: "button", className: "add", onclick: on.add, title: "Add a layer" },
+      { type: "button", className: "add", onclick: () => this.#added(), title: "Add a layer" },
       el("b", { "aria-hidden": "true" }, "+"),
       el("span", { className: "hidden" }, "Add a layer"),
     );
@@ -41,8 +41,7 @@ export class LayerRow {
       this.#swatches.push(this.#makeSwatch(this.#swatches.length));
     this.#swatches.length = layers.length;
     const buttons = this.#swatches.map(({ button }) => button);
-    if (this.#row.children.length !== layers.length + 1)
-      this.#row.replaceChildren(...buttons, this.#add);
+    putButtons(this.#row, [...buttons, this.#add]);
     layers.forEach((layer, here) => this.#name(layer, here, here === at));
     this.#add.hidden = layers.length >= this.#kind.most;
     this.#remove.hidden = layers.length < 2;
@@ -68,6 +67,12 @@ export class LayerRow {
     const text = el("small");
     const onclick = () => this.#on.choose(at);
     return { canvas, text, button: el("button", { type: "button", onclick }, canvas, text) };
+  }
+
+  /** The button vanishes with the last layer that there may be: the focus stays in the row. */
+  #added() {
+    this.#on.add();
+    if (this.#add.hidden) this.#swatches.at(-1).button.focus();
   }
 
   /** The button may vanish with the layer before the last: the focus stays in the row. */

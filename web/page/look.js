@@ -1,5 +1,7 @@
 // The current look: changed by hand, by photos and by other pages; sent, undone, saved.
 
+import { isObject, isText } from "./remember.js";
+
 const SETTLED_AFTER_MS = 500; // changes closer together are one step of undo
 const STEPS = 100;
 const CODE_VALUES = ["red", "green", "blue"]; // whole numbers; all others get a decimal point
@@ -13,6 +15,26 @@ function canonical(value) {
 
 export const sameLook = (one, other) => canonical(one) === canonical(other);
 
+/** Whether a value has the parts of a look that the page relies on. */
+export function isLook(value) {
+  const isLayer = (layer) =>
+    isObject(layer) &&
+    isText(layer.kind) &&
+    Number.isFinite(layer.strength) &&
+    isObject(layer.shape) &&
+    isObject(layer.product) &&
+    CODE_VALUES.every((code) => Number.isFinite(layer.product[code]));
+  return (
+    isObject(value) &&
+    Number.isFinite(value.strength) &&
+    Array.isArray(value.layers) &&
+    value.layers.every(isLayer)
+  );
+}
+
+/** What the look of a file is called. */
+export const nameAfter = (fileName) => fileName.replace(/\.[^.]*$/, "") || fileName;
+
 /** The text of a look file, as `Look.save` writes it. */
 export function lookFile(look) {
   const text = JSON.stringify(look, null, 2);
@@ -22,7 +44,7 @@ export function lookFile(look) {
   return `${written}\n`;
 }
 
-/** Fires "change" whenever `look` changes. Its objects are never changed in place. */
+/** Fires "change" with each `look` or `name`. The objects of `look` are never changed in place. */
 export class LookStore extends EventTarget {
   look = null;
   photoLook = null; // the look that was last read from a photo
@@ -30,7 +52,9 @@ export class LookStore extends EventTarget {
   #sendScheduled = false;
   isUnsent = false; // the last look was not sent, since the connection was lost
   #count = 0; // of our own looks on this connection, with the one about to be sent
-  #past = [];
+  #name = "look";
+  #awaited = null; // {file, look}: of a file, sent to the server, which returns the whole look
+  #past = []; // {look, name}; name: null where the change after it left the name alone
   #future = [];
   #settled = true;
   #settleTimer = 0;
@@ -39,6 +63,16 @@ export class LookStore extends EventTarget {
   constructor(send) {
     super();
     this.#send = send;
+  }
+
+  get name() {
+    return this.#name;
+  }
+
+  /** Name the look; this is no step of undo. */
+  set name(name) {
+    this.#name = name;
+    this.dispatchEvent(new Event("change"));
   }
 
   get canUndo() {
@@ -58,7 +92,13 @@ export class LookStore extends EventTarget {
     this.photoLook = photoLook;
     this.#count = 0;
     this.#sendScheduled = this.isUnsent = false;
-    this.#adopt(look);
+    this.#awaited = null;
+    this.#adopt(look, this.#name);
+  }
+
+  /** Send our own look to a server that does not have it. */
+  sendAgain() {
+    this.#put(this.look);
   }
 
   /** Change the look by hand: `change` alters a copy. */
@@ -66,7 +106,7 @@ export class LookStore extends EventTarget {
     const look = structuredClone(this.look);
     change(look);
     if (sameLook(look, this.look)) return;
-    if (this.#settled) this.#remember();
+    if (this.#settled) this.#remember(this.#name);
     this.#settled = false;
     clearTimeout(this.#settleTimer);
     this.#settleTimer = setTimeout(() => (this.#settled = true), SETTLED_AFTER_MS);
@@ -80,21 +120,47 @@ export class LookStore extends EventTarget {
     this.replace(look);
   }
 
-  /** Replace the look, as one step of undo. */
-  replace(look) {
-    if (sameLook(look, this.look)) return;
-    this.#remember();
+  /** Replace the look and its name, as one step of undo. */
+  replace(look, name = this.#name) {
+    if (sameLook(look, this.look)) {
+      this.name = name;
+      return;
+    }
+    this.#remember(name);
     this.#settled = true;
+    this.#name = name;
     this.#put(structuredClone(look));
   }
 
+  /** Note that the look of a file was sent: the look that the server returns is named after it. */
+  expect(file, look) {
+    this.#awaited = { file, look };
+  }
+
+  /** Expect no file's look any longer; returns the name of the file, or "". */
+  giveUpFile() {
+    const file = this.#awaited?.file ?? "";
+    this.#awaited = null;
+    return file;
+  }
+
   /**
-   * Take a look from the server. photoLook: set when it has just been read from a photo.
+   * Take a look from the server. photo: {name, look}, when it has just been read from a photo.
    * seen: how many of our looks the server had by then; newer ones win over this look.
    */
-  receive(look, photoLook, seen) {
-    if (photoLook) this.photoLook = photoLook;
-    if (this.#count <= (seen ?? 0)) this.#adopt(look);
+  receive(look, photo, seen) {
+    if (photo) this.photoLook = photo.look;
+    if (this.#count > (seen ?? 0)) return;
+    this.#adopt(look, photo ? nameAfter(photo.name) : this.#nameFor(look));
+  }
+
+  /** The name of a look from the server that comes from no photo. */
+  #nameFor(look) {
+    // with the error about a file, the server sends the look that is worn
+    const isWorn = sameLook(look, this.look);
+    const { look: sent } = this.#awaited ?? {};
+    if (!sent || (isWorn && !sameLook(look, sent))) return this.#name;
+    return nameAfter(this.giveUpFile());
   }
 
   undo() {
@@ -106,29 +172,29 @@ export class LookStore extends EventTarget {
   }
 
   #step(from, to) {
-    to.push(this.look);
+    const { look, name } = from.pop();
+    to.push({ look: this.look, name: name === null ? null : this.#name });
+    this.#name = name ?? this.#name;
     this.#settled = true;
-    this.#put(from.pop());
+    this.#put(look);
   }
 
-  #remember() {
-    this.#past.push(this.look);
+  /** Remember the look before a change. name: that of the look after it. */
+  #remember(name) {
+    this.#past.push({ look: this.look, name: name === this.#name ? null : this.#name });
     if (this.#past.length > STEPS) this.#past.shift();
     this.#future = [];
   }
 
-  #adopt(look) {
-    if (this.look !== null) {
-      if (sameLook(look, this.look)) {
-        this.dispatchEvent(new Event("change")); // photoLook may have changed
-        return;
-      }
-      if (this.#settled) this.#remember();
-    }
-    this.#show(look);
+  #adopt(look, name) {
+    const isNew = this.look !== null && !sameLook(look, this.look);
+    if (isNew && (this.#settled || name !== this.#name)) this.#remember(name);
+    this.#name = name;
+    this.#show(look); // even the same one: photoLook may have changed
   }
 
   #put(look) {
+    this.#awaited = null; // the server receives our look after that of the file
     this.#show(look);
     if (this.#sendScheduled) return;
     this.#sendScheduled = true;

@@ -1,38 +1,59 @@
 // Looks as thumbnails on the portrait: those that the visitor keeps, used last, and the ready ones.
 
+import { ask, NO_ANSWER } from "./ask.js";
 import { el } from "./elements.js";
-import { sameLook } from "./look.js";
-import { recall, remember } from "./remember.js";
-import { moveByKeys, stopAt } from "./row.js";
+import { isLook, sameLook } from "./look.js";
+import { isObject, isText, listenToOtherPages, listOf, recall, revise } from "./remember.js";
+import { moveByKeys, putButtons, stopAt } from "./row.js";
 
+const KEPT = "kept looks";
+const RECENT = "recent looks";
 const MOST_KEPT = 24;
 const MOST_RECENT = 4;
+const FULL =
+  `${MOST_KEPT} looks are kept, the most that there may be: ` +
+  "choose one of them and press “Keep look”, which removes it.";
 
-/** A button for each look. onChoose(name): called after a look was put on. */
+const namedLooks = (value) =>
+  listOf(value, (one) => isObject(one) && isText(one.name) && isLook(one.look));
+
+/** A button for each look. */
 export class Looks {
   #store;
-  #onChoose;
+  #onError;
   #section = document.getElementById("ready");
   #row = el("div", { className: "thumbs", role: "group", "aria-label": "Looks" });
-  #keep = el("button", { type: "button", id: "keep-look", "aria-pressed": "false" });
+  #star = el("span", { "aria-hidden": "true" });
+  #keep;
   #mine; // before a camera: show the looks on the visitor
   #ready = []; // {name, words, look}
-  #kept = recall("kept looks", []);
-  #recent = recall("recent looks", []);
-  #shown = []; // {look, button, image}
+  #kept = recall(KEPT, namedLooks);
+  #recent = recall(RECENT, namedLooks);
+  #shown = []; // {name, look, button, image, isDrawn}
   #session = "";
   #round = 0; // counts the portraits, so that thumbnails of an older one are not asked for
 
-  /** nameOfLook(): what the visitor calls the look. onError(text): shows a refusal. */
-  constructor(store, { onChoose, nameOfLook, onError }) {
+  /** onError(text): shows a refusal; "" clears it. */
+  constructor(store, onError) {
     this.#store = store;
-    this.#onChoose = onChoose;
-    this.#keep.onclick = () => this.#toggle(nameOfLook());
+    this.#onError = onError;
+    this.#keep = el("button", { type: "button", id: "keep-look" }, this.#star, "Keep look");
+    this.#keep.onclick = () => this.#toggle();
     this.#mine = el("button", { type: "button", id: "on-me", hidden: true }, "On my face");
     this.#mine.title = "Show the looks on whom the camera sees now";
-    this.#mine.onclick = () => this.#showOnMe(onError);
+    this.#mine.onclick = () => this.#showOnMe();
     moveByKeys(this.#row);
     store.addEventListener("change", () => this.#mark());
+    listenToOtherPages([KEPT, RECENT], () => {
+      this.#kept = recall(KEPT, namedLooks);
+      this.#recent = recall(RECENT, namedLooks);
+      this.#fill();
+    });
+  }
+
+  /** The name under which the look is kept; undefined where it is not. */
+  get keptName() {
+    return this.#kept.find(({ look }) => sameLook(look, this.#store.look))?.name;
   }
 
   /** Called for each hello: makes the row, or completes its thumbnails. */
@@ -43,11 +64,11 @@ export class Looks {
     this.draw();
   }
 
-  /** Note a look that came from a photo or a file; it can be put on again later. */
+  /** Note a look that came from a photo; it can be put on again later. */
   used(name, look) {
-    const others = this.#recent.filter((one) => !sameLook(one.look, look));
-    this.#recent = [{ name, look }, ...others].slice(0, MOST_RECENT);
-    remember("recent looks", this.#recent);
+    this.#recent = revise(RECENT, namedLooks, (recent) =>
+      [{ name, look }, ...without(recent, look)].slice(0, MOST_RECENT),
+    );
     this.#fill();
   }
 
@@ -73,22 +94,24 @@ export class Looks {
     }
   }
 
-  async #drawOne({ look, image }) {
+  async #drawOne(one) {
     const address = `/look-thumbnail?session=${encodeURIComponent(this.#session)}`;
     try {
-      const response = await fetch(address, { method: "POST", body: JSON.stringify(look) });
+      const response = await ask(address, { method: "POST", body: JSON.stringify(one.look) });
       if (!response.ok) return;
-      if (image.src) URL.revokeObjectURL(image.src);
-      image.src = URL.createObjectURL(await response.blob());
-      image.hidden = false;
+      const jpeg = await response.blob();
+      if (!this.#shown.includes(one)) return;
+      forget(one.image);
+      one.image.src = URL.createObjectURL(jpeg);
+      one.image.hidden = false;
     } catch {
-      // the connection is lost, and the next hello draws again
+      one.isDrawn = false; // the connection is lost, and the next hello draws again
     }
   }
 
   async #fetch() {
     try {
-      const ready = await (await fetch("/looks")).json();
+      const ready = await (await ask("/looks")).json();
       if (!this.#ready.length) this.#ready = ready;
     } catch {
       return; // the connection is lost, and the next hello tries again
@@ -103,23 +126,24 @@ export class Looks {
   #fill() {
     const isNew = ({ look }) => !this.#kept.some((one) => sameLook(one.look, look));
     const all = [...this.#kept, ...this.#recent.filter(isNew), ...this.#ready];
+    const before = this.#shown;
     this.#shown = all.map(
       (one) =>
-        this.#shown.find(({ name, look }) => name === one.name && sameLook(look, one.look)) ??
+        before.find(({ name, look }) => name === one.name && sameLook(look, one.look)) ??
         this.#makeButton(one),
     );
-    this.#row.replaceChildren(...this.#shown.map(({ button }) => button));
-    if (this.#row.firstElementChild) stopAt(this.#row, this.#row.firstElementChild);
+    for (const one of before) if (!this.#shown.includes(one)) forget(one.image);
+    const buttons = this.#shown.map(({ button }) => button);
+    putButtons(this.#row, buttons);
+    const focused = buttons.find((button) => button === document.activeElement);
+    if (buttons.length) stopAt(this.#row, focused ?? buttons[0]);
     this.#mark();
     this.#draw();
   }
 
   #makeButton({ name, words = "", look }) {
     const image = el("img", { alt: "", hidden: true, draggable: false });
-    const onclick = () => {
-      this.#store.replace(look);
-      this.#onChoose(name);
-    };
+    const onclick = () => this.#store.replace(look, name);
     const text = el("small", {}, name.replaceAll("-", " "));
     const button = el(
       "button",
@@ -130,28 +154,36 @@ export class Looks {
     return { name, look, button, image, isDrawn: false };
   }
 
-  get #isKept() {
-    return this.#kept.some(({ look }) => sameLook(look, this.#store.look));
+  get #name() {
+    return this.#store.name.trim() || "look";
   }
 
-  #toggle(name) {
+  /** Keep the look under its name, or no longer keep it. */
+  #toggle() {
     const { look } = this.#store;
-    this.#kept = this.#isKept
-      ? this.#kept.filter((one) => !sameLook(one.look, look))
-      : [{ name, look }, ...this.#kept].slice(0, MOST_KEPT);
-    remember("kept looks", this.#kept);
+    const isKept = this.keptName === this.#name;
+    const named = { name: this.#name, look };
+    let isFull = false;
+    this.#onError("");
+    this.#kept = revise(KEPT, namedLooks, (kept) => {
+      const others = without(kept, look);
+      isFull = !isKept && others.length >= MOST_KEPT;
+      if (isFull) return kept;
+      return isKept ? others : [named, ...others];
+    });
+    if (isFull) this.#onError(FULL);
     this.#fill();
   }
 
-  async #showOnMe(onError) {
-    onError("");
+  async #showOnMe() {
+    this.#onError("");
     try {
       const address = `/portrait?session=${encodeURIComponent(this.#session)}`;
-      const response = await fetch(address, { method: "POST" });
+      const response = await ask(address, { method: "POST" });
       if (response.ok) this.draw();
-      else onError((await response.json()).error);
+      else this.#onError((await response.json()).error);
     } catch {
-      onError("The camera’s picture could not be taken: the server does not answer.");
+      this.#onError(`The camera’s picture could not be taken: ${NO_ANSWER}`);
     }
   }
 
@@ -159,7 +191,15 @@ export class Looks {
     if (this.#store.look === null) return;
     for (const { look, button } of this.#shown)
       button.setAttribute("aria-pressed", sameLook(look, this.#store.look));
-    this.#keep.textContent = this.#isKept ? "★ Kept" : "☆ Keep look";
-    this.#keep.setAttribute("aria-pressed", this.#isKept);
+    const isKept = this.keptName === this.#name;
+    this.#star.textContent = isKept ? "★" : "☆";
+    this.#keep.setAttribute("aria-pressed", isKept);
   }
+}
+
+const without = (looks, look) => looks.filter((one) => !sameLook(one.look, look));
+
+/** Free the picture of a thumbnail. */
+function forget(image) {
+  if (image.src) URL.revokeObjectURL(image.src);
 }

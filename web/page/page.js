@@ -5,21 +5,21 @@ import { changesSince } from "./changes.js";
 import { Compare } from "./compare.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
-import { nameAfter, nameAs, openLook, showError, wireKeep } from "./keep.js";
+import { openLook, showError, wireKeep } from "./keep.js";
 import { listenToKeys } from "./keys.js";
-import { LookStore } from "./look.js";
+import { LookStore, nameAfter } from "./look.js";
 import { Looks } from "./looks.js";
 import { Picture } from "./picture.js";
 import { Shades } from "./shades.js";
 import { showRecord, wireRecord } from "./record.js";
-import { hideFigures, showFigures, showVeil, tellWhyJpeg } from "./status.js";
+import { hideFigures, showFigures, showVeil, tell, tellWhyJpeg } from "./status.js";
 import { Photos } from "./upload.js";
 import { choosePictures, FAILED } from "./video.js";
 import { Zoom } from "./zoom.js";
 
 const LOST = "The connection was lost. Reconnecting …";
 const STOPPED = "makeup-video was stopped. Start it again to see the picture here.";
-const NOT_SENT = "The look could not be opened: the connection is lost.";
+const NOT_SENT = "the connection is lost. Open the look again when the picture is back.";
 const WAITING = "Waiting for the first frame …";
 
 const byId = (id) => document.getElementById(id);
@@ -40,33 +40,34 @@ const picture = new Picture(
 );
 const compare = new Compare(picture, (on) => connection.send({ type: "compare", on }));
 // without a count: the server returns the look with its defaults filled in
-const sendFile = (look) => connection.send({ type: "look", look }) || showError(NOT_SENT);
-const looks = new Looks(store, {
-  onChoose: nameAs,
-  nameOfLook: () => byId("name").value.trim() || "look",
-  onError: showError,
-});
+const sendFile = (look, file) => {
+  if (connection.send({ type: "look", look })) store.expect(file.name, look);
+  else showError(`${file.name} could not be opened: ${NOT_SENT}`);
+};
+const looks = new Looks(store, showError);
 const shades = new Shades();
 const openShades = async (file) => showError(await shades.open(file, hello.session));
 const photos = new Photos({
   look: (file) => openLook(file, sendFile),
   shades: openShades,
-  photo(file, { look }) {
-    nameAfter(file);
-    looks.used(byId("name").value, look);
-  },
+  photo: ({ name, look }) => looks.used(nameAfter(name), look),
   portrait: () => looks.draw(),
+  several: (file) => tell(`Several files were dropped: only ${file.name} is used.`),
 });
 const zoom = new Zoom((view) => (picture.view = view));
 
 const connection = new Connection({
   hello: welcome,
   look({ look, photo, seen }) {
-    store.receive(look, photo?.look, seen);
+    store.receive(look, photo, seen);
     if (photo) showPhoto(photo);
   },
   figures: showFigures,
-  error: ({ text }) => (hello === null ? showVeil(text) : showError(text)),
+  error({ text }) {
+    const file = store.giveUpFile();
+    if (hello === null) showVeil(text);
+    else showError(file ? `${file}: ${text}` : text);
+  },
   bye() {
     looks.pause();
     showVeil(STOPPED);
@@ -83,21 +84,27 @@ const connection = new Connection({
 });
 
 function welcome(message) {
-  const forgotten = hello !== null && message.mode === "demo" && message.session !== hello.session;
-  const [mine, isUnsent] = [store.look, store.isUnsent];
-  if (hello === null && message.photo) nameAfter(message.photo); // a page that is reloaded
+  const isFirst = hello === null;
+  if (!isFirst && message.mode !== hello.mode) {
+    location.reload(); // another command took the port: most of the page differs
+    return;
+  }
+  const forgotten = !isFirst && message.mode === "demo" && message.session !== hello.session;
+  const isMine = forgotten || store.isUnsent; // our own look stays
   hello = message;
   document.title = `makeup-video ${hello.mode}`;
   document.body.dataset.mode = hello.mode;
   byId("mirror-button").hidden = hello.mode === "demo"; // only of use before a camera
   if (hello.mode === "live") showCameras(hello.session, showRecord, showError);
-  store.start(hello.look, forgotten ? store.photoLook : (hello.photo?.look ?? null));
+  const photoLook = forgotten ? store.photoLook : (hello.photo?.look ?? null);
+  store.start(isMine ? store.look : hello.look, photoLook);
+  if (isFirst) nameFirst();
   controls ??= new Controls(hello, store, shades, openShades);
   photos.start(hello);
   looks.start(hello);
   if (hello.photo) showPhoto(hello.photo);
   else if (!forgotten) byId("look-words").hidden = true; // of a photo that the server has no more
-  if (forgotten || isUnsent) store.replace(mine);
+  if (isMine) store.sendAgain();
   compare.askAgain();
   if (hello.has_video) {
     pictureKind.then(({ isVideo, why }) => {
@@ -106,6 +113,12 @@ function welcome(message) {
     });
   }
   showVeil(picture.isShown ? null : WAITING);
+}
+
+/** Name the look of a page that is reloaded as it was kept, or after its photo. */
+function nameFirst() {
+  const name = looks.keptName ?? (hello.photo && nameAfter(hello.photo.name));
+  if (name) store.name = name;
 }
 
 /** Show the last photo that was read, here or on another page, and its look in words. */
@@ -117,7 +130,7 @@ function showPhoto({ name, words }) {
 
 /** Show what has been changed since the photo was read. */
 function showChanges() {
-  if (hello === null || store.photoLook === null || store.look === null) return;
+  if (store.photoLook === null) return;
   const changes = changesSince(store.photoLook, store.look, hello.kinds);
   const line = byId("changed-words");
   line.hidden = changes === "";
@@ -138,11 +151,13 @@ function wireTools() {
   const toggleCompare = toggle("compare-button", (on) => (compare.isOn = on));
   const toggleMirror = toggle("mirror-button", (on) => (picture.mirrored = on));
   const help = () => byId("help").showModal();
-  const full = () =>
-    document.fullscreenElement ? document.exitFullscreen() : byId("viewer").requestFullscreen();
+  const full = () => {
+    if (document.fullscreenElement) document.exitFullscreen();
+    else byId("viewer").requestFullscreen?.(); // iPhones have none
+  };
   byId("help-button").onclick = help;
   byId("full-button").onclick = full;
-  byId("full-button").hidden = !document.fullscreenEnabled; // not on iPhones
+  byId("full-button").hidden = !document.fullscreenEnabled;
   document.addEventListener("fullscreenchange", () =>
     byId("full-button").setAttribute("aria-pressed", document.fullscreenElement !== null),
   );
@@ -163,6 +178,7 @@ function wireTools() {
 }
 
 store.addEventListener("change", () => {
+  if (store.look === null) return; // only the name, typed before the first look came
   showChanges();
   shades.note(store.look, hello.kinds);
 });

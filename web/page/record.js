@@ -1,24 +1,27 @@
 // The outputs of a live run: a button that records, and how long each output has run.
 
-const button = document.getElementById("record-button");
-const NO_ANSWER = "The recording could not be changed: the server does not answer.";
+import { ask, NO_ANSWER } from "./ask.js";
 
-/** Show the button before a camera. session(): its name.  onError(text): shows a refusal. */
+const button = document.getElementById("record-button");
+let ended = null; // names of recordings whose end is known; null: before the first figures
+let ending = ""; // the name of one that has ended, and how many pictures it had by then
+
+/** Make the button record. session(): its name.  onError(text): shows a refusal. */
 export function wireRecord(session, onError) {
   let isBusy = false; // not `disabled`, which would take the focus from the button
-  button.onclick = async () => {
-    if (isBusy) return;
+  button.onclick = async ({ detail }) => {
+    if (isBusy || detail > 1) return; // detail: 2 at the second click of a double click
     const on = button.getAttribute("aria-pressed") !== "true";
     onError("");
     isBusy = true;
     try {
       const address = `/recording?session=${encodeURIComponent(session())}&on=${on ? 1 : 0}`;
-      const response = await fetch(address, { method: "POST" });
+      const response = await ask(address, { method: "POST" });
       const answer = await response.json();
       if (response.ok) button.setAttribute("aria-pressed", answer.on);
       else onError(answer.error);
     } catch {
-      onError(NO_ANSWER);
+      onError(`The recording could not be changed: ${NO_ANSWER}`);
     }
     isBusy = false;
   };
@@ -29,6 +32,12 @@ export function showRecord(isOwner) {
   button.hidden = !isOwner;
 }
 
+/** Know of no recording, while there is no connection. */
+export function forgetRecordings() {
+  button.setAttribute("aria-pressed", "false");
+  ended = null;
+}
+
 /** "1:02:03" or "2:03". */
 function time(seconds) {
   const [h, m, s] = [seconds / 3600, (seconds / 60) % 60, seconds % 60].map(Math.floor);
@@ -36,10 +45,12 @@ function time(seconds) {
   return h ? `${h}:${two(m)}:${two(s)}` : `${m}:${two(s)}`;
 }
 
+const isByPage = ({ kind, name }) =>
+  kind === "recording" && /^makeup-\d{8}-\d{6}(-\d+)?\.mkv$/.test(name);
+
 /** [text, class, title] for each recording and stream that runs; presses the button to match. */
 export function outputs(sinks = []) {
   const running = sinks.filter(({ is_over: isOver }) => !isOver);
-  const isByPage = ({ kind, name }) => kind === "recording" && /^makeup-\d{8}-\d{6}(-\d+)?\.mkv$/.test(name);
   button.setAttribute("aria-pressed", running.some(isByPage));
   return running.flatMap(({ kind, name, seconds }) => {
     if (kind === "recording") return [[`● REC ${time(seconds)}`, "recording", name]];
@@ -47,4 +58,18 @@ export function outputs(sinks = []) {
     const state = seconds > 0 ? `● LIVE ${time(seconds)}` : "○ not connected";
     return [[state, seconds > 0 ? "recording" : "alarming", name]];
   });
+}
+
+/** Where a recording lies that a page started and that has just ended; otherwise "". */
+export function endOfRecording({ sinks = [], notice = "" }) {
+  const over = sinks.filter((sink) => sink.is_over && isByPage(sink));
+  ended ??= new Set(over.map(({ name }) => name));
+  const last = over.find(({ name }) => !ended.has(name));
+  const before = ending;
+  ending = last ? `${last.name} ${last.pictures}` : "";
+  if (!last || ending !== before) return ""; // it may still write its last pictures
+  ended.add(last.name);
+  if (notice.includes(last.name)) return ""; // it failed, and the notice says why
+  if (!last.pictures) return "Nothing was recorded: the camera sent no frame meanwhile.";
+  return `${last.name} (${time(last.seconds)}) lies in the folder where makeup-video runs.`;
 }

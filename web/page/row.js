@@ -7,6 +7,18 @@ export function stopAt(row, chosen) {
   for (const button of buttonsOf(row)) button.tabIndex = button === chosen ? 0 : -1;
 }
 
+/** Make these the buttons of the row. None that stays is moved without need: the focus stays. */
+export function putButtons(row, buttons) {
+  const hadFocus = row.contains(document.activeElement) ? document.activeElement : null;
+  for (const button of [...row.children]) if (!buttons.includes(button)) button.remove();
+  buttons.forEach((button, at) => {
+    if (row.children[at] !== button) row.insertBefore(button, row.children[at] ?? null);
+  });
+  if (hadFocus === null || hadFocus === document.activeElement) return;
+  const next = hadFocus.isConnected ? hadFocus : row.firstElementChild;
+  next?.focus({ preventScroll: true });
+}
+
 /** onMove(button): called when a key has moved the focus to a button. */
 export function moveByKeys(row, onMove = () => {}) {
   row.addEventListener("focusin", (event) => stopAt(row, event.target.closest("button")));

@@ -1,22 +1,65 @@
 // Shades: those that were kept or used, and those of a catalogue; a row in the panel of each kind.
 
+import { ask, isReadable, NO_ANSWER, unreadable } from "./ask.js";
 import { hexOf } from "./colour.js";
 import { el } from "./elements.js";
 import { layersOf } from "./layers.js";
-import { recall, remember } from "./remember.js";
+import {
+  isObject,
+  isText,
+  listenToOtherPages,
+  listOf,
+  recall,
+  remember,
+  revise,
+} from "./remember.js";
 import { moveByKeys, stopAt } from "./row.js";
 
+const KEPT = "kept shades"; // by part: {hex, title}
+const RECENT = "recent shades"; // by part: hex
+const CATALOGUE = "catalogue"; // {name, shades: [{title, hex, parts}]}
 const MOST_RECENT = 10;
 const MOST_SHOWN = 120; // of a catalogue at once; the others are found by their names
 const SETTLED_MS = 1500; // a colour that stays so long has been used
-const NO_ANSWER = (name) => `${name} could not be sent: the server does not answer.`;
+
+const isHex = (value) => isText(value) && /^#[0-9A-F]{6}$/.test(value);
+const isShade = (value) => isObject(value) && isHex(value.hex) && isText(value.title);
+/** The lists of an object whose entries pass a test. */
+const listsOf = (value, test) =>
+  Object.fromEntries(
+    Object.entries(isObject(value) ? value : {}).map(([part, list]) => [part, listOf(list, test)]),
+  );
+const keptShades = (value) => listsOf(value, isShade);
+const recentHexes = (value) => listsOf(value, isHex);
+const catalogueIn = (value) =>
+  isObject(value) && isText(value.name)
+    ? {
+        name: value.name,
+        shades: listOf(value.shades, (one) => isShade(one) && Array.isArray(one.parts)),
+      }
+    : null;
 
 /** The shades of all kinds. Fires "change". */
 export class Shades extends EventTarget {
-  #kept = recall("kept shades", {}); // by part: {hex, title}
-  #recent = recall("recent shades", {}); // by part: hex
-  catalogue = recall("catalogue", null); // {name, shades: [{title, hex, parts}]}
+  #kept;
+  #recent;
+  catalogue; // null: none
   #timer = 0;
+
+  constructor() {
+    super();
+    this.#recall();
+    listenToOtherPages([KEPT, RECENT, CATALOGUE], () => {
+      this.#recall();
+      this.dispatchEvent(new Event("change"));
+    });
+  }
+
+  #recall() {
+    this.#kept = recall(KEPT, keptShades);
+    this.#recent = recall(RECENT, recentHexes);
+    this.catalogue = recall(CATALOGUE, catalogueIn);
+  }
 
   /** Note the colours of the look once they stay; called after every change. */
   note(look, kinds) {
@@ -46,26 +89,28 @@ export class Shades extends EventTarget {
 
   /** Keep a shade, or no longer keep it. */
   toggle(part, hex) {
-    const kept = this.#kept[part] ?? [];
-    this.#kept[part] = this.isKept(part, hex)
-      ? kept.filter((one) => one.hex !== hex)
-      : [{ hex, title: this.titleOf(part, hex) }, ...kept];
-    remember("kept shades", this.#kept);
+    const isKept = this.isKept(part, hex);
+    this.#kept = revise(KEPT, keptShades, (kept) => {
+      const others = (kept[part] ?? []).filter((one) => one.hex !== hex);
+      const shade = { hex, title: this.titleOf(part, hex) };
+      return { ...kept, [part]: isKept ? others : [shade, ...others] };
+    });
     this.dispatchEvent(new Event("change"));
   }
 
   /** Read a CSV file on the server; returns the reason for a refusal, or "". */
   async open(file, session) {
+    if (!(await isReadable(file))) return unreadable(file);
     try {
       const headers = { "X-File-Name": encodeURIComponent(file.name) };
       const address = `/shades?session=${encodeURIComponent(session)}`;
-      const response = await fetch(address, { method: "POST", body: file, headers });
+      const response = await ask(address, { method: "POST", body: file, headers });
       const answer = await response.json();
       if (!response.ok) return answer.error;
       this.#setCatalogue(answer);
       return "";
     } catch {
-      return NO_ANSWER(file.name);
+      return `${file.name} could not be sent: ${NO_ANSWER}`;
     }
   }
 
@@ -75,17 +120,19 @@ export class Shades extends EventTarget {
 
   #setCatalogue(catalogue) {
     this.catalogue = catalogue;
-    remember("catalogue", catalogue);
+    remember(CATALOGUE, catalogue);
     this.dispatchEvent(new Event("change"));
   }
 
   #used(look, kinds) {
-    for (const kind of kinds) {
-      const hexes = layersOf(look, kind).map(({ product }) => hexOf(product));
-      const before = (this.#recent[kind.part] ?? []).filter((hex) => !hexes.includes(hex));
-      this.#recent[kind.part] = [...new Set(hexes), ...before].slice(0, MOST_RECENT);
-    }
-    remember("recent shades", this.#recent);
+    this.#recent = revise(RECENT, recentHexes, (recent) => {
+      const used = kinds.map(({ part, name }) => {
+        const hexes = layersOf(look, { name }).map(({ product }) => hexOf(product));
+        const all = new Set([...hexes, ...(recent[part] ?? [])]); // each once, the newest first
+        return [part, [...all].slice(0, MOST_RECENT)];
+      });
+      return { ...recent, ...Object.fromEntries(used) };
+    });
     this.dispatchEvent(new Event("change"));
   }
 }
@@ -102,7 +149,12 @@ export class ShadeRow {
   #catalogue;
   #own = el("div", { className: "shades", role: "group", "aria-label": "Kept and recent shades" });
   #all = el("div", { className: "shades all", role: "group", "aria-label": "Shades" });
-  #keep = el("button", { type: "button", className: "keep-shade", "aria-pressed": "false" });
+  #keep = el("button", {
+    type: "button",
+    className: "keep-shade",
+    title: "Keep this shade",
+    "aria-label": "Keep this shade",
+  });
   #name = el("span");
   #more = el("small");
   #find = el("input", { type: "search", placeholder: "Find a shade", "aria-label": "Find a shade" });
@@ -124,9 +176,13 @@ export class ShadeRow {
     });
     const opener = el("label", { className: "button open-shades" }, "Shades …", file);
     opener.title = "A CSV file with the columns brand, product, shade, hex";
+    const onclick = () => {
+      shades.close();
+      file.focus(); // the button vanishes
+    };
     const close = el(
       "button",
-      { type: "button", "aria-label": "Close the catalogue", onclick: () => shades.close() },
+      { type: "button", "aria-label": "Close the catalogue", onclick },
       "×",
     );
     this.#catalogue = el(
@@ -160,8 +216,6 @@ export class ShadeRow {
     if (this.element.closest("[hidden]")) return;
     const isKept = this.#shades.isKept(this.#part, this.#hex);
     this.#keep.textContent = isKept ? "★" : "☆";
-    this.#keep.title = isKept ? "No longer keep this shade" : "Keep this shade";
-    this.#keep.setAttribute("aria-label", this.#keep.title);
     this.#keep.setAttribute("aria-pressed", isKept);
     this.#fill(this.#own, this.#shades.own(this.#part));
     this.#drawCatalogue();

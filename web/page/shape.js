@@ -14,7 +14,11 @@ const WIDE = 20;
  * others, and a function that shows the whole shape; shape: what the layer itself gives of it.
  */
 export function shapeControls(kind, edit) {
-  const controls = kind.dials.map((dial) => [dial, control(kind, dial, edit)]);
+  const toNumbers = () => {
+    const [, first] = controls.find(([{ is_map: isMap, choices }]) => !isMap && !choices.length);
+    first.element.querySelector("input").focus();
+  };
+  const controls = kind.dials.map((dial) => [dial, control(kind, dial, edit, toNumbers)]);
   const of = (isChoice) =>
     controls.filter(([{ choices }]) => choices.length > 0 === isChoice).map(([, one]) => one.element);
   const map = kind.dials.find(({ is_map }) => is_map);
@@ -28,17 +32,23 @@ export function shapeControls(kind, edit) {
   return { choices: of(true), others: of(false), set };
 }
 
-function control(kind, dial, edit) {
+function control(kind, dial, edit, toNumbers) {
   if (dial.choices.length) return choice(kind, dial, edit);
   const put = (value) => edit((shape) => ({ ...shape, [dial.name]: value }));
-  if (dial.is_map) return map(dial, edit);
+  if (dial.is_map) return map(dial, edit, toNumbers);
   return dial.is_colour ? colour(dial, put) : number(dial, put);
 }
 
-/** Shown of a layer that lies as in a photo: a button gives it the numbers of its slot instead. */
-function map({ name, help }, edit) {
+/**
+ * Shown of a layer that lies as in a photo: a button gives it the numbers of its slot instead.
+ * toNumbers(): moves the focus to those, since the button vanishes.
+ */
+function map({ name, help }, edit, toNumbers) {
   const button = el("button", { type: "button", title: help }, "Use a plain shape");
-  button.addEventListener("click", () => edit(({ [name]: _, ...others }) => others));
+  button.addEventListener("click", () => {
+    edit(({ [name]: _, ...others }) => others);
+    toNumbers();
+  });
   const element = el("div", { className: "map" }, el("span", {}, "Lies as in the photo."), button);
   const set = (text) => {
     element.hidden = text === "";

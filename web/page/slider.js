@@ -24,8 +24,10 @@ export function slider(spec, onInput, showHelp) {
   range.setAttribute("aria-describedby", help.id);
   let dragged = false;
   let current = spec.low;
+  let newest = spec.low; // of the look, also while the slider is dragged
 
   const rounded = (value) => Number(Number(value).toFixed(decimals(spec.step)));
+  const clamped = (value) => Math.min(spec.high, Math.max(spec.low, value));
   const written = (value) => rounded(value).toFixed(decimals(spec.step));
   const show = (value) => {
     current = value;
@@ -37,18 +39,30 @@ export function slider(spec, onInput, showHelp) {
   };
   range.addEventListener("pointerdown", () => (dragged = true));
   for (const type of ["pointerup", "pointercancel", "blur"])
-    range.addEventListener(type, () => (dragged = false));
+    range.addEventListener(type, () => {
+      if (!dragged) return;
+      dragged = false;
+      set(newest); // another page may have changed it meanwhile
+    });
   range.addEventListener("keydown", (event) => stepByKey(event, range, spec));
   range.addEventListener("input", () => {
     show(range.value);
     onInput(rounded(range.value));
   });
-  number.addEventListener("input", () => {
-    const value = number.valueAsNumber;
-    if (!(value >= spec.low && value <= spec.high)) return; // not a number in range yet
+  const put = (value) => {
     range.value = value;
     show(value);
-    onInput(value);
+    onInput(rounded(value));
+  };
+  number.addEventListener("input", () => {
+    const value = number.valueAsNumber;
+    if (value === clamped(value)) put(value); // otherwise it is not a number in range yet
+  });
+  number.addEventListener("change", () => {
+    if (Number.isNaN(number.valueAsNumber)) return;
+    const value = clamped(number.valueAsNumber);
+    number.value = written(value);
+    put(value);
   });
   number.addEventListener("blur", () => (number.value = written(current)));
 
@@ -62,6 +76,7 @@ export function slider(spec, onInput, showHelp) {
     help,
   );
   const set = (value) => {
+    newest = value;
     if (dragged) return;
     range.value = value;
     range.setAttribute("aria-valuetext", `${written(value)} ${spec.unit ?? ""}`.trim());

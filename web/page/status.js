@@ -1,7 +1,7 @@
 // The state of the run: figures, notices, and the veil over the picture while there is none.
 
 import { el } from "./elements.js";
-import { outputs } from "./record.js";
+import { endOfRecording, forgetRecordings, outputs } from "./record.js";
 
 const LATE_MS = 150; // a longer delay between lips and voice is visible
 const NOTICE_MS = 10_000;
@@ -11,6 +11,9 @@ const notice = document.getElementById("notice");
 const veil = document.getElementById("veil");
 let lastNotice = ""; // about a slow machine
 let showUntil = 0;
+let ofRun = ""; // the notice of the run
+let told = ""; // by the page itself, which comes first
+let telling = 0;
 const noticeText = notice.querySelector("span");
 let closed = ""; // the notice that the visitor has closed
 let whyJpeg = ""; // where H.264 would spare the network
@@ -33,7 +36,10 @@ export function showFigures(values) {
       .filter((part) => part !== null)
       .map(([textContent, className, title = ""]) => el("span", { textContent, className, title })),
   );
-  showNotice(values.notice || recent(values.level > 0 ? values.level_notice : ""));
+  ofRun = values.notice || recent(values.level > 0 ? values.level_notice : "");
+  const end = endOfRecording(values);
+  if (end) tell(end);
+  else showNotice();
 }
 
 /** Mention JPEG among the figures, with the reason; "" where it is the better choice. */
@@ -48,7 +54,22 @@ function recent(text) {
   return performance.now() < showUntil ? text : "";
 }
 
-function showNotice(text) {
+/** Show a notice over the picture for some time; "" removes it. */
+export function tell(text) {
+  told = text;
+  closed = "";
+  clearTimeout(telling);
+  telling = setTimeout(() => tell(""), NOTICE_MS);
+  showNotice();
+}
+
+/** Show an error over the picture in full screen, where nothing else of the page is seen. */
+export function tellInFullScreen(text) {
+  if (document.fullscreenElement) tell(text);
+}
+
+function showNotice() {
+  const text = told || ofRun;
   if (text === "") closed = "";
   if (noticeText.textContent !== text) noticeText.textContent = text;
   notice.hidden = text === "" || text === closed;
@@ -59,9 +80,12 @@ notice.querySelector("button").onclick = () => {
   notice.hidden = true;
 };
 
+/** Show nothing of the run while there is no connection. */
 export function hideFigures() {
   figures.hidden = true;
-  notice.hidden = true;
+  ofRun = "";
+  showNotice();
+  forgetRecordings();
 }
 
 /** Show a text over the picture; null removes it. */

@@ -1,7 +1,9 @@
 // Photos: chosen, dropped or pasted; uploaded; shown as thumbnails or with the reason of a refusal.
 
+import { isReadable, NO_ANSWER, unreadable } from "./ask.js";
 import { el } from "./elements.js";
 import { chooseFace } from "./faces.js";
+import { tellInFullScreen } from "./status.js";
 
 const SLOTS = {
   photo: {
@@ -27,7 +29,7 @@ const WHOLE = {
 };
 const PHOTOS = "image/*,.heic,.heif,.avif"; // not every browser knows these as pictures
 const NO_FACE = "No face was chosen: the look stays as it is.";
-const NO_ANSWER = (file) => `${nameOf(file)} could not be sent: the server does not answer.`;
+const NOT_SENT = (file) => `${nameOf(file)} could not be sent: ${NO_ANSWER}`;
 const nameOf = (file) => file.name || "the pasted photo";
 let loads = 0; // so that the browser asks for every thumbnail
 
@@ -89,6 +91,7 @@ class Slot {
     this.#hint.textContent =
       className === "reading" ? SLOTS[this.#kind].reading : SLOTS[this.#kind].hint;
     this.error.textContent = error;
+    tellInFullScreen(error);
   }
 
   #accept(file) {
@@ -106,8 +109,8 @@ class Slot {
 }
 
 /**
- * on: {look(file): a look file was given; shades(file): a catalogue; photo(file): a photo was read;
- * portrait(): painted}.
+ * on: {look(file): a look file was given; shades(file): a catalogue; photo({name, look}): a photo
+ * was read; portrait(): painted; several(file): of several files that were dropped one is used}.
  */
 export class Photos {
   #hello = null;
@@ -152,21 +155,22 @@ export class Photos {
       const [size, most] = [Math.ceil(file.size / 1e6), Math.floor(limit / 1e6)];
       return `${nameOf(file)} has ${size} MB; a photo may have at most ${most} MB.`;
     }
+    if (!(await isReadable(file))) return unreadable(file);
     try {
       const address = `/${kind}?session=${encodeURIComponent(this.#hello.session)}&face=${face}`;
       const headers = { "X-File-Name": encodeURIComponent(file.name) };
       const response = await fetch(address, { method: "POST", body: file, headers, signal });
       const answer = await response.json();
       if (answer.faces) {
-        const chosen = await chooseFace(answer);
+        const chosen = await chooseFace(answer, signal);
         return chosen === null ? NO_FACE : this.#upload(kind, file, signal, chosen);
       }
-      if (!response.ok) return answer.error ?? NO_ANSWER(file);
+      if (!response.ok) return answer.error ?? NOT_SENT(file);
       if (kind === "portrait") this.#slots.portrait.show(this.#hello.session);
-      this.#on[kind](file, answer);
+      this.#on[kind](answer);
       return null;
     } catch {
-      return NO_ANSWER(file);
+      return NOT_SENT(file);
     }
   }
 
@@ -223,7 +227,9 @@ export class Photos {
     this.#leave(0);
     const target = event.target.closest?.(".target")?.dataset.kind;
     const slot = event.target.closest?.(".slot")?.id.replace("-slot", "");
-    if (event.dataTransfer.files.length) this.#take(event.dataTransfer.files[0], target ?? slot);
+    const { files } = event.dataTransfer;
+    if (files.length) this.#take(files[0], target ?? slot);
+    if (files.length > 1) this.#on.several(files[0]);
   }
 
   #pasted(event) {

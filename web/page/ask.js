@@ -1,0 +1,23 @@
+// Requests whose answers are small, and files that are sent.
+
+const PATIENCE_MS = 30_000;
+
+export const NO_ANSWER = "the server does not answer. Try again in a moment.";
+
+/** `fetch` that gives up in the end: a peer that is lost may never close its connection. */
+export const ask = (address, options = {}) =>
+  fetch(address, { signal: AbortSignal.timeout(PATIENCE_MS), ...options });
+
+export const unreadable = (file) =>
+  `${file.name} cannot be read: it is a folder, or is no longer there. Choose another file.`;
+
+/** Whether the browser can read a file; otherwise a request with it would seem to get no answer. */
+export async function isReadable(file) {
+  try {
+    // of a file that is gone some browsers say that it is empty, and a part of nothing can be read
+    await (file.size ? file.slice(0, 1) : file).arrayBuffer();
+    return true;
+  } catch {
+    return false;
+  }
+}
