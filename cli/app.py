@@ -96,4 +96,4 @@ def group(
         ),
     ] = False,
 ) -> None:
-    """Paint the makeup of a look on every frame of a video; everything else stays as it was."""
+    """Paint the makeup of a look on every frame of a video; what else is in it stays."""

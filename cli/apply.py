@@ -89,7 +89,7 @@ def apply(
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Paint a look on the faces of a video or a picture; everything else stays as it was."""
+    """Paint a look on the faces of a video or a picture; what else is in it stays."""
     # the pipeline takes a third of a second to import: not for --help
     from makeup_video.cli.main import mark_output_whole
     from makeup_video.cli.many import NewFolders, name_outputs, print_outcomes

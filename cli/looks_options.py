@@ -182,12 +182,14 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
                 f"{self.catalogue}: {out} of {rows} rows left out, since they are for no part that "
                 f"is painted: {some_of(list(others))}"
             )
+        have_eyes = any(row.look.of("eyeshadow") for row in found)
         for row in found:
-            yield _at_once(row.fields, partial(self._on_row, row))
+            yield _at_once(row.fields, partial(self._on_row, row, have_eyes))
 
-    def _on_row(self, row: "NamedLook") -> "Look":
+    def _on_row(self, row: "NamedLook", have_eyes: bool) -> "Look":
         """The look of a row with what the other options change; they chose its part already.
 
+        have_eyes: some row has eyeshadow, so options for eyeshadow leave the other rows alone.
         Raises UsageError where an option gives that part, too: all rows would look alike.
         """
         from makeup_video.pipeline import UsageError
@@ -199,7 +201,12 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
                 f"--catalogue gives the {part} of {row.name}, and --{part} gives them, too: leave "
                 f"--{part} out"
             )
-        return choose_look(replace(self.choice(), base=row.look, parts=None))
+        choice = replace(self.choice(), base=row.look, parts=None)
+        if not choice.worn:
+            choice = replace(choice, finish=None)  # the row's look has it
+        if have_eyes and not row.look.of("eyeshadow") and "eyes" not in choice.worn:
+            choice = replace(choice, zone=None, intensity=None)
+        return choose_look(choice)
 
     def _painted(self, base: "Look | None") -> "Look":
         from makeup_video.pipeline.look.options import choose_look

@@ -56,7 +56,10 @@ def look_files(place: str) -> list[Path]:
         return sorted(found)
     found = [Path(path) for path in glob.glob(place, recursive=True)]
     if not found:
-        raise LookError(f"{place} is no folder, and no look file matches it")
+        raise LookError(
+            f"{place} is no folder, and no look file matches it: check the path, or put a pattern "
+            "into quotes"
+        )
     return sorted(path for path in found if not path.is_dir())
 
 
@@ -70,7 +73,8 @@ def looks_of_catalogue(
     """A look for each row of a catalogue: its colour and its finish on the part that it is for.
 
     where: conditions COLUMN=VALUE, all of which a row must meet; case does not matter.
-    finish: for all rows; None: the column `finish`, or where a row has none what suits the part.
+    finish: for all rows; None: the column `finish`, or where a row has none the finish that its
+    category names, or what suits the part.
     parts: those to paint; empty: every row counts. A row that may be for several parts is for the
     first of them in the order of PARTS.
     on_left_out: called for each row of a product for no part, such as a mascara, with what it is.
@@ -142,7 +146,9 @@ def _look_of(row: Row, part: str, finish: str | None) -> NamedLook:
                 "gives one to all rows"
             )
     kind = PARTS[part]
-    layer = Layer(kind.name, product(shade.rgb, finish or kind.first_finish, part))
+    if finish is None:  # as in "Lip Gloss" or "Matte lipstick"
+        finish = next((name for name in FINISHES if name in row.kind), kind.first_finish)
+    layer = Layer(kind.name, product(shade.rgb, finish, part))
     name = "-".join(filter(None, (shade.brand, shade.shade))) or "#" + bytes(shade.rgb).hex()
     return NamedLook(name, Look([layer]), shade.brand, shade.shade, shade.product)
 

@@ -80,6 +80,25 @@ def test_what_does_not_fit_is_said_before_the_work(folder, words, message):
     assert not list(folder.glob("*.part.*")) and len(list(folder.glob("*.jpg"))) == 1
 
 
+@pytest.mark.parametrize(
+    "words", [["--finish", "satin"], ["--zone", "outer"], ["--intensity", "50%"]]
+)
+def test_options_change_the_rows_that_they_are_for(folder, words):
+    """A row of every part: only eyes have a zone, and only lips and eyes follow a colour."""
+    kinds = ("lipstick", "eyeshadow", "eyeliner", "blush", "highlighter")
+    rows = (f"A,P,{kind},{kind},#B4602E\n" for kind in kinds)
+    (folder / "shades.csv").write_text(TABLE.splitlines(keepends=True)[0] + "".join(rows))
+    done = run("in.jpg", "--catalogue", "shades.csv", *words, "-o", "{shade}.jpg")
+    assert done.exit_code == 0, done.stderr
+    assert sorted(path.stem for path in folder.glob("*.jpg")) == sorted((*kinds, "in"))
+
+
+def test_an_option_for_eyes_needs_a_row_for_eyes(folder):
+    done = run("in.jpg", "--catalogue", "shades.csv", "--where", "brand=A", "--zone", "outer",
+               "-o", "{look}.jpg")  # fmt: skip
+    assert done.exit_code == 2 and "--zone is for eyeshadow" in done.stderr
+
+
 def test_an_unreadable_row_is_named_with_its_line(folder):
     (folder / "shades.csv").write_text(TABLE + "C,P,lips,Bad,#GG0000\n")
     done = run("in.jpg", "--catalogue", "shades.csv", "-o", "{look}.jpg")

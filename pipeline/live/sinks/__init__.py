@@ -1,0 +1,1 @@
+"""Where the pictures of a live run go: page, file, stream, virtual camera."""

@@ -8,7 +8,7 @@ import subprocess
 from urllib.parse import urlsplit
 
 import av
-from makeup_video.pipeline.errors import UsageError
+from makeup_video.pipeline.errors import InstallError
 
 TIMEOUT_SECONDS = 5
 
@@ -69,7 +69,7 @@ def needs_relay(url: str) -> bool:
 
 
 def relay_program(name: str) -> str:
-    """Find an `ffmpeg` that supports SRT. Raises UsageError when there is none."""
+    """Find an `ffmpeg` that supports SRT. Raises InstallError when there is none."""
     program = shutil.which("ffmpeg")
     if program:
         asked = subprocess.run(
@@ -77,7 +77,7 @@ def relay_program(name: str) -> str:
         )
         if "srt" in asked.stdout.split():
             return program
-    raise UsageError(
+    raise InstallError(
         f"{name} needs an ffmpeg with SRT on the PATH (apt install ffmpeg): install one, or use "
         "rtmp://"
     )

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
-from makeup_video.pipeline.errors import OutputError, UsageError
+from makeup_video.pipeline.errors import InstallError, OutputError
 from makeup_video.pipeline.frames.colour_tags import resolve
 from makeup_video.pipeline.frames.frame import Frame, plane_views
 from makeup_video.pipeline.frames.transform import copied, ffmpeg_matrix, ffmpeg_range, upright
@@ -18,11 +18,11 @@ _HELP = (
 
 
 def _pyvirtualcam() -> Any:
-    """Import the library, an extra. Raises UsageError with the command that installs it."""
+    """Import the library, an extra. Raises InstallError with the command that installs it."""
     try:
         import pyvirtualcam
     except ImportError:
-        raise UsageError(
+        raise InstallError(
             "a virtual camera needs the extra: pip install 'makeup-video[virtualcam]'"
         ) from None
     return pyvirtualcam
@@ -35,8 +35,8 @@ class VirtualCamera:
     webcams.
     device: as pyvirtualcam names it (/dev/video4, "OBS Virtual Camera"); None: the first one.
     rate: announced frames per second; pictures are shown when they come.
-    Raises UsageError when pyvirtualcam is missing; a call raises OutputError when there is no such
-    device.
+    Raises InstallError when pyvirtualcam is missing; a call raises OutputError when there is no
+    such device.
     """
 
     waiting = 1

@@ -49,6 +49,11 @@ def test_the_finish_of_a_row_counts_unless_one_is_given(table):
     )
     assert berry.look == Look(lips=product((0x7C, 0x3F, 0x35), "matte"))
     assert plum.look == Look(lips=product((0x60, 0x20, 0x40), "gloss"))
+    table.write_text(TABLE.replace(",glossy", ",").replace("lipstick,Berry,#7C3F35,matte",
+                                                           "Matte Lipstick,Berry,#7C3F35,"))  # fmt: skip
+    berry, plum = looks_of_catalogue(table, ["product=Velvet"])  # by what the category names
+    assert berry.look == Look(lips=product((0x7C, 0x3F, 0x35), "matte"))
+    assert plum.look == Look(lips=product((0x60, 0x20, 0x40), "gloss"))
     (night,) = looks_of_catalogue(table, ["shade=Night"])
     kind = PARTS["liner"]
     assert night.look.layers[0].product == product((0, 0, 0), kind.first_finish, "liner")

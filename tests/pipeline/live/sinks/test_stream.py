@@ -10,7 +10,7 @@ import time
 import av
 import numpy as np
 import pytest
-from makeup_video.pipeline import EncodeError, OutputError, UsageError
+from makeup_video.pipeline import EncodeError, InstallError, OutputError, UsageError
 from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.sinks import srt_relay
 from makeup_video.pipeline.live.sinks import stream as live_stream
@@ -326,7 +326,7 @@ def test_a_relay_that_never_connected_has_sent_nothing(program):
 
 def test_srt_without_a_program_for_it_is_refused_with_advice(monkeypatch):
     monkeypatch.setattr(srt_relay.shutil, "which", lambda name: None)
-    with pytest.raises(UsageError, match=r"srt://host needs an ffmpeg with SRT on the PATH"):
+    with pytest.raises(InstallError, match=r"srt://host needs an ffmpeg with SRT on the PATH"):
         Stream(f"srt://host:1?passphrase={SECRET}", log=pytest.fail)
 
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from makeup_video.pipeline import OutputError, UsageError
+from makeup_video.pipeline import InstallError, OutputError
 from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.sinks.virtual_camera import VirtualCamera
 from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
@@ -94,7 +94,7 @@ def test_finish_closes_the_camera_if_a_picture_opened_one(library):
 
 def test_a_missing_library_names_the_command_that_installs_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "pyvirtualcam", None)
-    with pytest.raises(UsageError, match=r"pip install 'makeup-video\[virtualcam\]'"):
+    with pytest.raises(InstallError, match=r"pip install 'makeup-video\[virtualcam\]'"):
         VirtualCamera()
 
 
