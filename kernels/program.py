@@ -6,6 +6,7 @@ Only one thread at a time may use a Device: OpenCL keeps a kernel's arguments in
 import math
 import os
 import re
+import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from importlib import resources
@@ -150,9 +151,12 @@ class Device:
         self._programs: dict[tuple[str, int, np.dtype, tuple[int, int], Definitions], Any] = {}
 
     def once(self, make: "Callable[[Device], _Made]") -> _Made:
-        """Return what `make` makes of this device: made at the first call with it, and kept."""
+        """Return what `make` makes of this device: made at the first call with it, and kept.
+
+        What is made refers to the device weakly: else both would wait for the garbage collector.
+        """
         if make not in self._made:
-            self._made[make] = make(self)
+            self._made[make] = make(weakref.proxy(self))
         made: _Made = self._made[make]
         return made
 

@@ -15,14 +15,16 @@ else:  # hidden from type checkers, which would take any name for one of the mod
         if name == "__version__":
             from importlib.metadata import version
 
-            return version("makeup-video")
-        if name == "__all__" or not name.startswith("_"):
+            globals()[name] = version("makeup-video")
+        elif name == "__all__" or not name.startswith("_"):
             from importlib import import_module
 
-            public = import_module("makeup_video.pipeline")
+            public = import_module("makeup_video.pipeline")  # sets `pipeline`
             if name in ("__all__", *public.__all__):
-                return getattr(public, name)
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+                globals()[name] = getattr(public, name)
+        if name not in globals():
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        return globals()[name]
 
 
 def __dir__() -> list[str]:

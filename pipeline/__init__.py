@@ -150,4 +150,10 @@ if not TYPE_CHECKING:  # type checkers would take any name for one of the module
 
         # with less, their libraries end the process while they are loaded, and say nothing
         check_memory(FIND_FACES if name in _LATER_WITH_NETS else LOAD)
-        return getattr(import_module(f"{__name__}.{module}"), name)
+        # kept, so that nothing is checked when the name is used again
+        globals()[name] = getattr(import_module(f"{__name__}.{module}"), name)
+        return globals()[name]
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

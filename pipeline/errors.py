@@ -14,7 +14,7 @@
     ├── OutputError    (OSError)               4   the output cannot be written
     │   └── EncodeError                        4   the encoder refuses
     ├── StrictError    (ValueError)            6   strict run, and something would be lost
-    └── StoppedError   (InterruptedError)    130   Ctrl-C
+    └── StoppedError   (InterruptedError)    130   Ctrl-C while a video is painted
 
 Exit code 5 is no error: the output is whole, but the input was damaged.
 A message is one line: what was expected, what came, where, and what to do. It names options with

@@ -1,6 +1,8 @@
 """Generated pages match the code, and their pictures exist and are small."""
 
 import re
+import runpy
+import sys
 from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
@@ -11,6 +13,12 @@ from makeup_video.pipeline import FINISHES, KINDS, GraphicsParams
 
 DOCS = Path(__file__).parent.parent / "docs"
 MAKERS = ("make_parameters", "make_kinds", "make_sheets", "make_ready")
+# peer_mediapipe imports a library of its own environment
+PROGRAMS = sorted(
+    path
+    for path in (DOCS / "make").glob("*.py")
+    if "__main__" in path.read_text(encoding="utf-8") and path.stem != "peer_mediapipe"
+)
 FROM_CODE_ALONE = MAKERS[:2]  # of the others, people write the part after the last heading
 
 
@@ -41,6 +49,20 @@ def test_every_picture_of_a_page_is_named_and_small(maker):
     most, most_together = (150e3, 1.5e6) if maker.__name__ == "make_parameters" else (400e3, 2e6)
     assert max(sizes) < most and sum(sizes) < most_together
     assert all(cv2.imread(str(DOCS / name)) is not None for name in named)
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)
+def test_help_of_a_maker_describes_it_and_writes_nothing(program, monkeypatch, capsys):
+    def refused(path, *_args, **_options):
+        raise AssertionError(f"{path} would be written")
+
+    monkeypatch.setattr(sys, "argv", [program.name, "--help"])
+    monkeypatch.setattr(Path, "write_text", refused)
+    monkeypatch.setattr(cv2, "imwrite", refused)
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(str(program), run_name="__main__")
+    _, *described = capsys.readouterr().out.split("\n\n")
+    assert ended.value.code == 0 and len(described[0]) > 30
 
 
 def test_no_picture_is_without_a_page():

@@ -55,6 +55,7 @@ def test_only_the_listed_modules_use_threads():
         "engine/channel.py",  # its lock
         "render/apply_look.py",  # keeps the kernels of each thread
         "live/runner.py",
+        "offline/painter.py",  # a lock: one thread at a time
         "live/sources/device.py",  # reads the camera even when nobody fetches frames
         "live/sources/file.py",  # an event that ends a wait
         "live/sources/file_sound.py",  # the same
@@ -97,6 +98,17 @@ def test_the_public_names_are_complete_and_sorted():
     constants_first = sorted(public.__all__, key=lambda name: (not name.isupper(), name))
     assert list(public.__all__) == constants_first
     assert all(hasattr(public, name) for name in public.__all__)
+
+
+def test_names_are_there_from_the_first_use_on_and_stay():
+    code = (
+        "import makeup_video as m\n"
+        "assert 'Look' in dir(m.pipeline) and m.Look is m.pipeline.Look\n"
+        "from makeup_video.pipeline.engine import machine\n"
+        "machine.check_memory = None\n"
+        "assert m.Look and m.pipeline.Look"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_the_readme_begins_with_the_two_commands():

@@ -1,5 +1,9 @@
-"""Paint close-ups of the samples and lay them out in labelled grids, for the pages in docs/."""
+"""Paint close-ups of the samples and lay them out in labelled grids, for the pages in docs/.
 
+Other programs of this folder use these functions; run by itself, this file draws nothing.
+"""
+
+import argparse
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
@@ -139,6 +143,11 @@ def _label(text: str, width: int, height: int = _LABEL_PX) -> np.ndarray:
     return box
 
 
+def take_no_options(text: str) -> None:
+    """Print the first paragraph of a docstring for --help; refuse any other word."""
+    argparse.ArgumentParser(description=text.partition("\n\n")[0]).parse_args()
+
+
 def save_all(pictures: dict[str, Callable[[], np.ndarray]]) -> None:
     """Draw each picture and write it under its file name. Raises OSError when a write fails."""
     (DOCS / PICTURES).mkdir(exist_ok=True)
@@ -165,3 +174,7 @@ def kept_after(page: Path, heading: str) -> str:
     if not page.exists():
         return ""
     return page.read_text(encoding="utf-8").partition(heading + "\n")[2]
+
+
+if __name__ == "__main__":
+    take_no_options(__doc__.replace("\n\n", " ", 1))

@@ -150,5 +150,6 @@ The pictures are parts of frames of `samples/in.mp4`, painted at 720p.
 
 
 if __name__ == "__main__":
+    sheet.take_no_options(__doc__)
     PAGE.write_text(text(), encoding="utf-8")
     sheet.save_all(PICTURES)

@@ -87,4 +87,5 @@ def _live() -> Iterator[str]:
 
 
 if __name__ == "__main__":
+    sheet.take_no_options(__doc__)
     sheet.save_all(PICTURES)

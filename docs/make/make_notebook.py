@@ -5,6 +5,7 @@
 A link to another page leads to the page beside the notebook, as in python.md.
 """
 
+import argparse
 import json
 import re
 from pathlib import Path
@@ -61,4 +62,5 @@ def text() -> str:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
     NOTEBOOK.write_text(text(), encoding="utf-8")

@@ -174,5 +174,6 @@ eye 1.8 times.
 
 
 if __name__ == "__main__":
+    sheet.take_no_options(__doc__)
     PAGE.write_text(text(), encoding="utf-8")
     sheet.save_all(PICTURES)

@@ -106,5 +106,6 @@ def kept_judgement() -> str:
 
 
 if __name__ == "__main__":
+    sheet.take_no_options(__doc__)
     PAGE.write_text(text() + kept_judgement(), encoding="utf-8")
     sheet.save_all(PICTURES)

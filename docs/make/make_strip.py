@@ -42,4 +42,5 @@ def _faces(path: Path) -> Iterator[np.ndarray]:
 
 
 if __name__ == "__main__":
+    sheet.take_no_options(__doc__)
     sheet.save_all(PICTURES)

@@ -5,7 +5,7 @@
 CPU time of this process, all its threads, in ms a frame; the ways are measured in turn.
 """
 
-import sys
+import argparse
 import tempfile
 import time
 from collections import defaultdict
@@ -40,13 +40,18 @@ def stages_ms(film: str, look: object) -> float:
     return 1000 * sum(float(np.mean(cost[name][_FIRST:])) for name in _STAGES)
 
 
-def main(film: str = "samples/in.mp4", rounds: str = "3") -> None:
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("film", metavar="FILM", nargs="?", default="samples/in.mp4")
+    parser.add_argument("rounds", metavar="ROUNDS", nargs="?", type=int, default=3)
+    options = parser.parse_args()
+    film = options.film
     look = ready_look("smoky-brown").look
     with av.open(film) as source:
         decoded = zip(source.decode(video=0), range(_FRAMES), strict=False)
         frames = [frame.to_ndarray(format="rgb24") for frame, _ in decoded]
     found = defaultdict(list)
-    for _ in range(int(rounds)):
+    for _ in range(options.rounds):
         painter = Painter(look)
         found["stages of process_video"].append(stages_ms(film, look))
         found["paint_frames"].append(cpu_ms(paint_frames(frames, look)))
@@ -59,4 +64,4 @@ def main(film: str = "samples/in.mp4", rounds: str = "3") -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main()

@@ -85,11 +85,11 @@ def photo_of(look: Look, region: str) -> np.ndarray:
 
 def read_from(photo: np.ndarray, look: Look, nets: Mapping[str, "Net"]) -> Look:
     """Read the regions that the true look has from the photo, in the zone of the true look."""
-    from makeup_video.training.reference.read_look import estimate_look
+    from makeup_video.training.reference.read_look import paper_look
     from makeup_video.training.reference.triplets import worn as regions_of
 
     chosen = {region: nets[region] for region in regions_of(look)}
-    return estimate_look(photo, chosen, look.zone) or Look()
+    return paper_look(photo, chosen, look.zone) or Look()
 
 
 def draw(name: str, nets: Mapping[str, "Net"]) -> np.ndarray:

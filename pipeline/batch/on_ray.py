@@ -20,7 +20,7 @@ os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
 
 import ray
 from makeup_video.pipeline.batch.ray_greeting import is_cluster
-from makeup_video.pipeline.engine.jobs import Progress, Result, Task
+from makeup_video.pipeline.engine.jobs import WAS_STOPPED, Progress, Result, Task
 from makeup_video.pipeline.engine.processes import Ended, InProgress, perform
 from makeup_video.pipeline.errors import (
     MakeupVideoError,
@@ -87,9 +87,17 @@ class _Piece(NamedTuple):
 def cluster(address: str) -> Iterator[None]:
     """Connect to a cluster within the block.
 
-    address: host:port of its head, or `auto` for the one that this machine belongs to.
+    address: host:port of its head, or `auto` for the one that Ray is connected to already, and else
+    for the one that this machine belongs to.
     Raises UsageError, and WorkerError within some ten seconds where there is none.
     """
+    if ray.is_initialized():
+        if address != "auto":
+            raise UsageError(
+                f"Ray is connected to a cluster already: give auto to use that one, got {address}"
+            )
+        yield
+        return
     _check_reachable(address)
     _connect(address)
     try:
@@ -172,6 +180,8 @@ class RayWorker:
         self, task: Task[Any, Progress, Result], job: Any, report: Callable[[Progress], None]
     ) -> Result:
         """See Worker."""
+        if self._stopped:
+            raise UsageError(WAS_STOPPED)
         reason, job = "", job.at_full_paths()
         for _ in range(_ATTEMPTS):
             if self._stopped:

@@ -19,6 +19,7 @@ Result = TypeVar("Result")
 # task(job, report) returns the result; it calls report(progress) a few times a second
 Task = Callable[[Job, Callable[[Progress], None]], Result]
 
+WAS_STOPPED = "workers serve one film, and these were stopped after another: make new ones"
 _TICK_SECONDS = 0.2
 
 
@@ -26,7 +27,7 @@ class Worker(Protocol):
     """Where jobs are done: a process of this machine, or a task on another machine.
 
     run: does one job at a time, in any thread. Raises what the task raises, WorkerError when
-    whatever did the job is gone, StoppedError after `stop`.
+    whatever did the job is gone, StoppedError when `stop` ends it, UsageError after `stop`.
     stop: ends the job at once, from any thread.
     beside: how many of these workers may share the memory of one machine; None: all.
     """

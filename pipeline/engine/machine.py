@@ -187,8 +187,8 @@ def return_large_blocks() -> None:
 def give_back_last_run() -> None:
     """Free what a run has left, at most once a second, since that takes 30 ms.
 
-    OpenCL's devices and what was made of them refer to each other. Python itself looks for such
-    garbage only after dozens of runs, of several MB each.
+    By itself glibc keeps most of what was freed, and Python looks for garbage only after dozens of
+    runs.
     """
     global _given_back_at
     now = time.monotonic()

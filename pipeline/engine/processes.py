@@ -9,10 +9,16 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection, wait
 from typing import Any, NamedTuple
 
-from makeup_video.pipeline.engine.jobs import Job, Progress, Result, Task
+from makeup_video.pipeline.engine.jobs import WAS_STOPPED, Job, Progress, Result, Task
 from makeup_video.pipeline.engine.machine import return_large_blocks
 from makeup_video.pipeline.engine.signals import stop_signals
-from makeup_video.pipeline.errors import MakeupVideoError, StoppedError, WorkerError, option
+from makeup_video.pipeline.errors import (
+    MakeupVideoError,
+    StoppedError,
+    UsageError,
+    WorkerError,
+    option,
+)
 
 # a fork would copy locks of threads and of OpenCL
 _START = multiprocessing.get_context("spawn")
@@ -42,7 +48,12 @@ class Ended(NamedTuple):
 
 
 class _Died(Exception):
-    """The process ended before its job."""
+    """The process ended before its job.
+
+    serves_never: so will any other that this program starts.
+    """
+
+    serves_never = False
 
 
 class ChildProcess:
@@ -69,17 +80,21 @@ class ChildProcess:
         self, task: Task[Job, Progress, Result], job: Job, report: Callable[[Progress], None]
     ) -> Result:
         """See Worker."""
+        if self._stopped:
+            raise UsageError(WAS_STOPPED)
         died: WorkerError | None = None
         for _ in range(self._attempts):
-            if self._process is None:
-                self._start()
             try:
+                if self._process is None:
+                    self._start()
                 result: Result = self._once(task, job, report).value()
                 return result
             except _Died as error:
                 if self._stopped:
                     raise StoppedError("stopped by the user") from None
                 died = WorkerError(str(error))
+                if error.serves_never:
+                    break
         assert died is not None
         raise died
 
@@ -108,12 +123,23 @@ class ChildProcess:
         other.close()  # else the end of the process would not show
         if self._stopped:  # meanwhile, by another thread
             process.kill()
+        try:
+            self._pipe.recv()  # that it serves
+        except (EOFError, OSError):
+            died = _Died(self._why_it_died())
+            if (process.exitcode or 0) > 0:  # an error, such as that it started processes itself
+                died = _Died(
+                    "a process that paints ended while it imported the script that calls: put the "
+                    'call under `if __name__ == "__main__":`'
+                )
+                died.serves_never = True
+            raise died from None
 
     def _why_it_died(self) -> str:
         process, self._process = self._process, None
         process.join(_SOON_SECONDS)
         code = process.exitcode
-        times = f" {self._attempts} times" if self._attempts > 1 else ""
+        times = f", in each of {self._attempts} attempts" if self._attempts > 1 else ""
         if code is not None and code < 0:
             name = signal.Signals(-code).name
             memory = ", perhaps because memory ran out" if name == "SIGKILL" else ""
@@ -137,6 +163,7 @@ def perform(task: Task[Any, Any, Any], job: Any, send: Callable[[InProgress], No
 
 def _serve(pipe: Connection) -> None:
     """Do every job that comes through the pipe; ends with the process that started this one."""
+    pipe.send(None)
     return_large_blocks()
     for number in stop_signals():  # of the terminal's whole group: the main process decides
         signal.signal(number, signal.SIG_IGN)

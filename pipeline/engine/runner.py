@@ -101,7 +101,10 @@ class Runner:
         names = [source[0], *(name for name, _ in stages), sink[0]]
         self.times = {name: StageTimes() for name in names}
         self.stopped = False
+        self._is_given_up = False
         self._is_whole = False
+        self._is_finishing = False
+        self._ticking = threading.Lock()
         self._first_error: BaseException | None = None
         self._ended = threading.Condition()
         self._running = 0
@@ -110,7 +113,8 @@ class Runner:
         """Block until all is done; `on_tick(items that reached the sink)` is called meanwhile.
 
         Raises the first error of any actor, or StoppedError after Ctrl-C, once the sink has
-        finished. A Ctrl-C while the sink is finishing a whole film has no effect.
+        finished. A Ctrl-C while the sink is finishing a whole film has no effect. Another error of
+        `on_tick` leaves the sink unfinished, so none is called for once the sink begins to finish.
         """
         threads: list[threading.Thread] = []
         try:
@@ -118,11 +122,9 @@ class Runner:
                 threads = self._start()
             while not self._wait(tick_seconds):
                 if on_tick:
-                    on_tick(self.times[self.sink[0]].items)
+                    self._tick(on_tick)
         except BaseException as error:
-            # Ctrl-C, or a progress display that fails: wake all actors, let the sink finish
-            self.stopped = True
-            self._cancel()
+            self._stop(error)
             with undisturbed():
                 self._wait(None)
             if not isinstance(error, KeyboardInterrupt):
@@ -137,6 +139,26 @@ class Runner:
                 del first  # its traceback refers to this frame, and so to the whole film
         if self.stopped and not self._is_whole:
             raise StoppedError("stopped by the user")
+
+    def _tick(self, on_tick: Callable[[int], None]) -> None:
+        """Call on_tick, unless the sink is finishing: an error would come too late to stop it."""
+        with self._ticking:
+            if self._is_finishing:
+                return
+            try:
+                on_tick(self.times[self.sink[0]].items)
+            except BaseException as error:
+                self._stop(error)  # before the sink can begin to finish
+                raise
+
+    def _stop(self, error: BaseException) -> None:
+        """Wake all actors after Ctrl-C, or an error of `on_tick`.
+
+        What a run has written that its user stops may be of use; after an error nobody wants it.
+        """
+        self.stopped = True
+        self._is_given_up = not isinstance(error, KeyboardInterrupt | StoppedError)
+        self._cancel()
 
     def _wait(self, seconds: float | None) -> bool:
         """Wait; True once every actor has ended.
@@ -209,6 +231,8 @@ class Runner:
         steps = [(self._stopwatch(name), stage) for name, stage in group]
         for items in inbox.batches(inbox.capacity):
             self._pass(items, steps, out)
+        if inbox.is_cancelled:  # nobody waits for what the stages still hold
+            return
         for index_of_stage, (_, stage) in enumerate(steps):
             for item in getattr(stage, "drain", tuple)():
                 self._pass([item], steps[index_of_stage + 1 :], out)
@@ -241,8 +265,9 @@ class Runner:
                 sink(item)
             stopwatch.times.items += 1
             del item
-        if self._first_error is None:
-            stopped = self.stopped
+        with self._ticking:
+            self._is_finishing, stopped = True, self.stopped
+        if self._first_error is None and not self._is_given_up:
             with stopwatch:
                 sink.finish(stopped)
             self._is_whole = not stopped

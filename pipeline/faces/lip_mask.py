@@ -2,7 +2,7 @@
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.faces.face import Face, check_face_type
+from makeup_video.pipeline.faces.face import Face, check_face_type, is_sound
 from makeup_video.pipeline.frames.views import check_rgb8
 
 _INVISIBLE = 1 / 512  # half a code value of 8 bits
@@ -16,13 +16,16 @@ def lip_mask(rgb8: np.ndarray, face: Face) -> np.ndarray:
 
     rgb8: (H, W, 3) uint8, encoded R'G'B', the picture that `face` was found in. Returns (H, W)
     float32 in [0, 1]. The mouth opening is 0, so teeth keep their colour, and so is a hand in front
-    of the lips. All is 0 when the mouth is hidden (`mouth_visible`), and when the lips lie outside
-    the picture. Raises ValueError for another shape or dtype, TypeError for what is no face.
+    of the lips. All is 0 when the mouth is hidden (`mouth_visible`), when the lips lie outside the
+    picture, and for a face whose numbers are not finite. Raises ValueError for another
+    shape or dtype, TypeError for what is no face.
     """
     check_rgb8(rgb8)
     check_face_type(face)
     size = np.array(rgb8.shape[1::-1])
     mask = np.zeros(rgb8.shape[:2], np.float32)
+    if not is_sound(face):
+        return mask
     h, w = face.lips.logits.shape
     corners = face.lips.to_px @ np.array([[0, w, 0, w], [0, 0, h, h], [1, 1, 1, 1]])
     x0, y0 = np.clip(np.floor(corners.min(1)) - 2, 0, size).astype(int)

@@ -26,7 +26,7 @@ class RgbFrame:
     """
 
     def __init__(self, rgb8: np.ndarray, seconds: float) -> None:
-        self._rgb8 = rgb8.copy()
+        self._rgb8 = np.array(rgb8, order="C")  # of no subclass, such as a file's
         self._before = cv2.split(cv2.transform(self._rgb8, _TO_CODES))
         height, width = rgb8.shape[:2]
         picture = av.VideoFrame(width, height, "yuv444p")

@@ -26,6 +26,9 @@ from makeup_video.pipeline.frames.sampling import (
     warp,
 )
 
+# FFmpeg makes no frame of so many px, counted with a margin to the right and below.
+_MOST_PX, _MARGIN_PX = (2**31 - 1) // 8, 128
+
 Crop = tuple[AffineArray, tuple[int, int]]  # crop px -> upright px, and (width, height)
 Crops = tuple[np.ndarray, tuple[int, int]]  # crops of one size: maps (K, 2, 3), (width, height)
 
@@ -58,6 +61,17 @@ def check_rgb8(rgb8: np.ndarray) -> None:
     if len(shape) != 3 or shape[2] != 3 or dtype != np.uint8 or 0 in shape:
         raise ValueError(
             f"a picture must be (H, W, 3) uint8, got {shape} {dtype}: convert it to 8-bit RGB first"
+        )
+
+
+def check_paintable(rgb8: np.ndarray) -> None:
+    """Raises ValueError unless rgb8 is an (H, W, 3) uint8 picture that a frame can hold."""
+    check_rgb8(rgb8)
+    height, width = rgb8.shape[:2]
+    if (width + _MARGIN_PX) * (height + _MARGIN_PX) >= _MOST_PX:
+        raise ValueError(
+            f"a picture to paint must have less than {_MOST_PX / 1e6:.0f} million px, with "
+            f"{_MARGIN_PX} px more each way, got {width} x {height}: make it smaller first"
         )
 
 

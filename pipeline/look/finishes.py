@@ -1,7 +1,7 @@
 """Finishes by their usual names: points of the 17-parameter space, without the colour."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping
 
 from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.look.kinds import KINDS, PARTS
@@ -100,7 +100,7 @@ def place_in_words(layer: Layer, with_place: bool = False) -> str:
     return ", ".join(filter(None, (place, share)))
 
 
-def product(colour: Sequence[float] | str, finish: str, part: str = "lips") -> GraphicsParams:
+def product(colour: Collection[float] | str, finish: str, part: str = "lips") -> GraphicsParams:
     """A product of a colour and a finish, for a part of a look: a key of PARTS, such as "lips".
 
     colour: as under neutral light: "#B4002E", a name of CSS, or red, green and blue as sRGB-encoded
@@ -123,6 +123,5 @@ def product(colour: Sequence[float] | str, finish: str, part: str = "lips") -> G
         )
     if len(rgb) != 3:
         raise UsageError(f"a colour is red, green and blue, got {len(rgb)} numbers")
-    # numpy's numbers are no numbers to JSON
-    red, green, blue = (code.item() if hasattr(code, "item") else code for code in rgb)
+    red, green, blue = rgb
     return GraphicsParams(red=red, green=green, blue=blue, **FINISHES[known][part])

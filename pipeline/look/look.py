@@ -28,11 +28,18 @@ from makeup_video.pipeline.errors import LookError, OutputError
 from makeup_video.pipeline.files.ordinary import read_ordinary
 from makeup_video.pipeline.look.kinds import KINDS, PAINTED
 from makeup_video.pipeline.look.kinds.kind import Kind
-from makeup_video.pipeline.look.params import GraphicsParams, check_number, refuse_unknown, shown
+from makeup_video.pipeline.look.params import (
+    GraphicsParams,
+    check_number,
+    plain,
+    refuse_unknown,
+    shown,
+)
 from makeup_video.pipeline.look.strict_json import read_json, written
 
 _MOST_BYTES = 1_000_000  # a look has 2 to 6 kB
 _ORDER = {name: place for place, name in enumerate(PAINTED)}
+_NO_NAME = "the name of the look file is empty: give one"
 _KEYS = ("kind", "strength", "product", "shape")
 
 
@@ -75,10 +82,14 @@ class Layer:
                 f"{type(self.product).__name__}: product('#B4002E', 'gloss', {kind.part!r}) makes "
                 "them"
             )
-        kind.check_shape(self.shape, "shape")
-        check_number("strength", self.strength, 0, 1)
-        # a copy, since the caller may change its own, and one that nobody can change
-        object.__setattr__(self, "shape", _Fixed(self.shape))
+        shape, strength = self.shape, plain(self.strength)
+        if isinstance(shape, Mapping):
+            # a copy, since the caller may change its own, and one that nobody can change
+            shape = _Fixed({name: plain(value) for name, value in shape.items()})
+        kind.check_shape(shape, "shape")
+        check_number("strength", strength, 0, 1)
+        object.__setattr__(self, "shape", shape)
+        object.__setattr__(self, "strength", strength)
 
     def __hash__(self) -> int:
         return hash((self.kind, self.product, tuple(sorted(self.shape.items())), self.strength))
@@ -146,11 +157,12 @@ class Look:
         zone: str = "lid",
         intensity: float = 1.0,
     ) -> None:
+        strength, intensity = plain(strength), plain(intensity)
         check_number("strength", strength, 0, 1)
         check_number("intensity", intensity, 0, 1)
         (slot,) = (dial for dial in KINDS["eyeshadow"].dials if dial.name == "slot")
         slot.check(zone, "zone")
-        given = list(layers)
+        given = _several(layers)
         for layer in given:
             if not isinstance(layer, Layer):
                 raise TypeError(f"a look's layers must be Layer, got {type(layer).__name__}")
@@ -193,7 +205,7 @@ class Look:
         Raises LookError for a word that is no kind, or a layer of another one.
         """
         _kind(kind, "kind")
-        layers = tuple(layers)
+        layers = _several(layers)
         for layer in layers:
             if isinstance(layer, Layer) and layer.kind != kind:
                 raise LookError(f"layers must be of the kind {kind}, got one of {layer.kind}")
@@ -254,6 +266,8 @@ class Look:
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read a look file (UTF-8 JSON, at most 1 MB). Raises LookError naming file and fault."""
+        if not os.fspath(path):
+            raise LookError(_NO_NAME)
         try:
             text = read_ordinary(path, _MOST_BYTES).decode("utf-8-sig")
         except (OSError, UnicodeDecodeError) as error:
@@ -270,6 +284,8 @@ class Look:
         Raises OutputError; a file that was there before is then as it was, unless its folder takes
         no new files.
         """
+        if not os.fspath(path):
+            raise OutputError(_NO_NAME)
         try:
             self._write(Path(path))
         except (OSError, ValueError) as error:  # ValueError: a NUL in the name
@@ -277,7 +293,9 @@ class Look:
             raise OutputError(f"{path} cannot be written: {reason}") from error
 
     def _write(self, path: Path) -> None:
-        text, target = written(self.to_dict()), path.resolve()
+        text, target = written(self.to_dict()), Path(os.path.realpath(path))
+        if target.is_symlink():  # links that lead to each other
+            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
         part = target.with_name(f".{target.name}-{os.urandom(4).hex()}")
         is_there, folder = target.exists(), target.parent
         if is_there and not (target.is_file() and os.access(folder, os.W_OK)):
@@ -293,6 +311,14 @@ class Look:
         except BaseException:
             part.unlink(missing_ok=True)
             raise
+
+
+def _several(layers: Iterable[Layer]) -> list[Layer]:
+    if not isinstance(layers, Iterable):
+        raise TypeError(
+            f"layers must be a list of Layer, got {type(layers).__name__}: put layers in []"
+        )
+    return list(layers)
 
 
 def check_look(look: object) -> None:

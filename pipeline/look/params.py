@@ -106,8 +106,9 @@ class GraphicsParams:
 
     def __post_init__(self) -> None:
         for spec in fields(self):
-            value = getattr(self, spec.name)
+            value = plain(getattr(self, spec.name))
             check_number(spec.name, value, spec.metadata["low"], spec.metadata["high"])
+            object.__setattr__(self, spec.name, value)
 
     @property
     def is_worn(self) -> bool:
@@ -142,6 +143,11 @@ def refuse_unknown(where: str, values: dict[str, Any], known: Any) -> None:
             raise LookError(
                 f"{where} has an unknown key {shown(key, repr)}; known are {', '.join(known)}"
             )
+
+
+def plain(value: Any) -> Any:
+    """A number of numpy as one of Python: JSON knows no other."""
+    return value.item() if getattr(value, "shape", None) == () else value
 
 
 def check_number(name: str, value: Any, low: float, high: float) -> None:

@@ -7,6 +7,7 @@ from contextlib import closing
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 from makeup_video.pipeline.engine.machine import (
     FIND_FACES,
@@ -31,6 +32,8 @@ from makeup_video.pipeline.offline.settings import Settings
 Outcome = Report | MakeupVideoError
 # (outputs that are being written, frames done, frames expected or None, frames/s of the source)
 LooksProgress = Callable[[Sequence[Path], int, int | None, Fraction], None]
+# a variable, since a dict[str, Look] is no Mapping[str | os.PathLike[str], Look]
+_Output = TypeVar("_Output", bound=str | os.PathLike[str])
 # Sixteen looks leave each one a sixteenth of the shared work; more save little and start hundreds
 # of threads.
 _MOST_AT_ONCE = 16
@@ -38,7 +41,7 @@ _MOST_AT_ONCE = 16
 
 def process_looks(
     src: str | os.PathLike[str],
-    looks: Mapping[str, Look] | Mapping[Path, Look],
+    looks: Mapping[_Output, Look],
     settings: Settings | None = None,
     on_progress: LooksProgress | None = None,
     memory_share: float = 0.5,
@@ -49,7 +52,8 @@ def process_looks(
     encoding once for each. The files are those that process_video would write, byte for byte.
 
     looks: by output; the names of all outputs of a video end alike.
-    settings: as in process_video, but without `split_minutes`.
+    settings: as in process_video, but without `split_minutes`; `on_whole` is called once, when all
+    looks have ended and at least one output is whole.
     memory_share: of the free memory, what encoders may take. Where it does not suffice for as many
     encoders as looks, or there are more than 16 looks, the video is read several times.
     on_progress(outputs, frames done, frames expected or None, frames per second of the source) is
@@ -79,7 +83,7 @@ def process_looks(
             done = _timed(partial(paint_picture, path, outputs, settings))
         else:
             done = _on_film(path, outputs, settings, on_progress, memory_share)
-    if settings.on_whole is not None:  # once: not before the last output is whole
+    if settings.on_whole is not None and any(isinstance(one, Report) for one in done.values()):
         settings.on_whole()
     return done
 

@@ -133,8 +133,9 @@ class _Film:
                 return [replace(item, frame=one) for one in copy(item.frame)]
 
             groups = [self.sinks[group.start : group.stop] for group in self._groups]
+            muxers = self._muxers  # a function that held this film would keep it in memory
             # at once: where a disk is full, the others need the room of the one that failed
-            self.fan = FanOut(groups, share, lambda at: self._muxers[at].abort())
+            self.fan = FanOut(groups, share, lambda at: muxers[at].abort())
             self._copier = CopyToAll(self._muxers, self.fan.errors)
             self.decoder = open_decoder(source, encoding, self._copier, settings)
         except BaseException:

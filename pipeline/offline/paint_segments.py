@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from multiprocessing import current_process
 from pathlib import Path
 
 from makeup_video.pipeline.engine.jobs import Worker, run_jobs
 from makeup_video.pipeline.engine.machine import cores
 from makeup_video.pipeline.engine.processes import ChildProcess
-from makeup_video.pipeline.errors import MakeupVideoError, WorkerError
+from makeup_video.pipeline.errors import MakeupVideoError, UsageError, WorkerError, option
 from makeup_video.pipeline.offline.face_numbers import FilmNumbers, KnownFaces
 from makeup_video.pipeline.offline.segment_job import SegmentJob, SegmentResult, paint_segment
 from makeup_video.pipeline.offline.settings import Settings
@@ -63,8 +64,15 @@ def paint_segments(
     on_tick(frames done by all jobs) is called often.  Raises the first error of any job.
     """
     if workers is None:
+        if current_process().daemon:
+            raise UsageError(
+                "a daemonic process, such as a worker of multiprocessing.Pool, starts no others: "
+                f"leave {option('split_minutes')} out here"
+            )
         count = min(settings.jobs or max(1, cores() // 2), len(jobs))
         workers = [ChildProcess(_ATTEMPTS) for _ in range(count)]
+    if not workers:
+        raise UsageError("workers must hold at least one, or be None for processes, got none")
     run = _Run(workers, on_tick)
     painted = PaintedSegments(known=[None] * len(jobs))
     try:

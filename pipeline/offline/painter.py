@@ -1,9 +1,11 @@
 """Paints RGB frames that come one after the other, with the tracking and smoothing of a video."""
 
 import math
+import threading
 from collections import deque
 from collections.abc import Iterable, Iterator
-from typing import NoReturn
+from fractions import Fraction
+from typing import NoReturn, SupportsFloat
 
 import numpy as np
 from makeup_video.pipeline.engine.machine import one_opencv_thread
@@ -11,7 +13,7 @@ from makeup_video.pipeline.faces.face import FrameFaces
 from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.rgb_frame import RgbFrame
-from makeup_video.pipeline.frames.views import check_rgb8
+from makeup_video.pipeline.frames.views import check_paintable
 from makeup_video.pipeline.look.look import Look, check_look
 from makeup_video.pipeline.offline.settings import check_faces
 from makeup_video.pipeline.render.apply_look import PaintPictures
@@ -27,7 +29,8 @@ _MOST_SECONDS = 1e12  # RgbFrame counts microseconds, in 64 bits
 class Painter:
     """Paints a look on the frames of one video, each at once.
 
-    look: may be changed between two frames.  faces: "all", "largest", or the number of a face.
+    look: may be changed between two frames.  faces: "all", "largest", or the number of a face, in
+    the order in which faces come up, as `inspect_video` draws it.
     device: the OpenCL device that paints, by its number or a part of its name; "": the processor.
     painted_frames: how many frames had a face that was painted.
 
@@ -36,12 +39,12 @@ class Painter:
     UsageError, and InstallError when the face nets or OpenCL are missing.
     """
 
-    def __init__(self, look: Look, *, faces: str = "all", device: str = "") -> None:
-        faces, device = str(faces), str(device)
+    def __init__(self, look: Look, *, faces: str | int = "all", device: str | int = "") -> None:
         check_look(look)
-        check_faces(faces)
-        self._composite = Composite(look, device, faces)
-        self._device = device
+        check_faces(str(faces))
+        self._device = str(device)
+        self._composite = Composite(look, self._device, str(faces))
+        self._alone = threading.Lock()
         self._size_wh = (0, 0)
         self._last_seconds = math.inf
         self._begin()
@@ -65,22 +68,31 @@ class Painter:
     def painted_frames(self) -> int:
         return self._composite.painted_frames
 
-    def __call__(self, rgb8: np.ndarray, seconds: float) -> np.ndarray:
+    def __call__(self, rgb8: np.ndarray, seconds: SupportsFloat) -> np.ndarray:
         """The frame with the look painted on its faces; other pixels keep their values.
 
         rgb8: (H, W, 3) uint8, upright, R'G'B' as sRGB encodes it; it is not changed.
         seconds: the frame's time, later than that of the frame before. An earlier or equal time and
         another size begin a new video, in which faces are found anew.
         Returns a new (H, W, 3) uint8 array, encoded like rgb8.  Raises ValueError for another
-        shape or dtype, and for a time that is not finite; TypeError for one that is no number.
+        shape or dtype, and for a time that is not finite; TypeError for one that is no number;
+        RuntimeError while another thread uses this painter.
         """
-        seconds = check_frame(rgb8, seconds)
+        exact = check_frame(rgb8, seconds)
+        if not self._alone.acquire(blocking=False):  # OpenCL would crash
+            raise RuntimeError("a painter serves one thread at a time: make one for each thread")
+        try:
+            return self._paint(rgb8, exact)
+        finally:
+            self._alone.release()
+
+    def _paint(self, rgb8: np.ndarray, seconds: float) -> np.ndarray:
         size_wh = rgb8.shape[1], rgb8.shape[0]
         if seconds <= self._last_seconds or size_wh != self._size_wh:
             self._begin()
         self._last_seconds, self._size_wh = seconds, size_wh
         if self.look.is_bare:
-            return rgb8.copy()
+            return np.array(rgb8, order="C")
         with one_opencv_thread():
             opened = RgbFrame(rgb8, seconds)
             self._composite(self._scene(self._smooth(self._find(opened.frame))))
@@ -88,12 +100,12 @@ class Painter:
 
 
 def paint_frames(
-    frames: Iterable[np.ndarray] | Iterable[tuple[np.ndarray, float]],
+    frames: Iterable[np.ndarray] | Iterable[tuple[np.ndarray, SupportsFloat]],
     look: Look,
     *,
-    fps: float = _FPS,
-    faces: str = "all",
-    device: str = "",
+    fps: float | Fraction = _FPS,
+    faces: str | int = "all",
+    device: str | int = "",
 ) -> Iterator[np.ndarray]:
     """Paint the frames of a video; yields one painted frame for each, in order.
 
@@ -106,39 +118,47 @@ def paint_frames(
     the first frame InstallError, and UsageError for `device`; while frames are read, ValueError for
     another shape, dtype, size or order of times.
     """
-    faces, device = str(faces), str(device)
     check_look(look)
-    check_faces(faces)
-    if not isinstance(frames, Iterable):
-        raise TypeError(f"frames must be several arrays, got {type(frames).__name__}: put it in []")
+    check_faces(str(faces))
+    _check_several(frames, "frames")
     if not (math.isfinite(fps) and fps > 0):
         raise ValueError(f"fps must be more than 0, got {fps}")
-    if isinstance(frames, np.ndarray) and frames.ndim == 3:
-        raise ValueError(
-            f"frames must be several pictures, got one of shape {frames.shape}: apply_look paints "
-            "one"
-        )
-    return _painted(_timed(frames, fps), look, faces, device)
+    return _painted(_timed(frames, fps), look, str(faces), str(device))
 
 
 def paint_pictures(pictures: Iterable[np.ndarray], look: Look) -> Iterator[np.ndarray]:
     """Paint pictures that have nothing to do with each other; yields one for each, in order.
 
     pictures: as for `apply_look`, which this is for many, without loading the kernels each time.
-    Raises TypeError at once, and ValueError or InstallError while pictures are read.
+    Raises TypeError, and ValueError for a single picture, at once; ValueError or InstallError while
+    pictures are read.
     """
     check_look(look)
+    _check_several(pictures, "pictures")
     paint = PaintPictures()
     return (paint(rgb8, look) for rgb8 in pictures)
 
 
-def check_frame(rgb8: np.ndarray, seconds: float) -> float:
+def _check_several(pictures: object, name: str) -> None:
+    """Raises TypeError unless these can be several pictures, ValueError for a single one."""
+    if not isinstance(pictures, Iterable):
+        raise TypeError(
+            f"{name} must be several arrays, got {type(pictures).__name__}: put it in []"
+        )
+    if isinstance(pictures, np.ndarray) and pictures.ndim == 3:
+        raise ValueError(
+            f"{name} must be several pictures, got one of shape {pictures.shape}: apply_look "
+            "paints one"
+        )
+
+
+def check_frame(rgb8: np.ndarray, seconds: SupportsFloat) -> float:
     """The time of a frame as a float, of whatever type of number it is.
 
     Raises ValueError unless rgb8 is an (H, W, 3) uint8 picture and the time is at most 1e12 s,
     TypeError for a time that is no number.
     """
-    check_rgb8(rgb8)
+    check_paintable(rgb8)
     if isinstance(seconds, str) or not hasattr(seconds, "__float__"):
         raise TypeError(f"the time of a frame must be a number of seconds, got {seconds!r}")
     exact = float(seconds)
@@ -151,7 +171,8 @@ def check_frame(rgb8: np.ndarray, seconds: float) -> float:
 
 
 def _timed(
-    frames: Iterable[np.ndarray] | Iterable[tuple[np.ndarray, float]], fps: float
+    frames: Iterable[np.ndarray] | Iterable[tuple[np.ndarray, SupportsFloat]],
+    fps: float | Fraction,
 ) -> Iterator[tuple[np.ndarray, float]]:
     """Every frame with its time. Raises ValueError."""
     size: tuple[int, ...] = ()
@@ -178,7 +199,7 @@ def _painted(
     frames: Iterator[tuple[np.ndarray, float]], look: Look, faces: str, device: str
 ) -> Iterator[np.ndarray]:
     if look.is_bare:
-        yield from (rgb8.copy() for rgb8, _ in frames)
+        yield from (np.array(rgb8, order="C") for rgb8, _ in frames)
         return
     find, smooth, scene = FindFaces(), SmoothAhead(), BuildScene(device)
     composite = Composite(look, device, faces)

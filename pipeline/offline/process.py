@@ -32,7 +32,8 @@ def process_video(
     on_progress(frames done, frames expected or None, frames per second of the source) is called a
     few times a second.
     workers: what paints the segments of `split_minutes`; None: processes of this machine. They are
-    stopped when the segments end; a film that is painted whole does not use them.
+    stopped when the segments end, and serve no other film; one that is painted whole does not use
+    them.
     Raises TypeError for a look of another type, else one of `errors`; dst is then unchanged, or
     still does not exist.
     A script that sets `split_minutes` needs `if __name__ == "__main__"` around its call, since the

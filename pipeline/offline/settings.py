@@ -10,6 +10,7 @@ from typing import Self
 
 from makeup_video.pipeline.engine.runner import Observe
 from makeup_video.pipeline.errors import UsageError, option
+from makeup_video.pipeline.look.params import shown
 from makeup_video.pipeline.media.hardware import NONE, check_hardware
 
 BIT_DEPTHS = (8, 10, 12)
@@ -92,14 +93,15 @@ class Settings:
     on_whole: Callable[[], None] | None = None
 
     def __post_init__(self) -> None:
-        for name in ("faces", "device"):
-            object.__setattr__(self, name, str(getattr(self, name)))
+        for name, default in (("faces", "all"), ("device", "")):
+            value = getattr(self, name)
+            object.__setattr__(self, name, default if value is None else str(value))
         for name in ("start_seconds", "end_seconds", "split_minutes"):
             object.__setattr__(self, name, _exact(getattr(self, name), name))
         self._check_types()
         check_faces(self.faces)
         check_hardware(self.hardware)
-        if self.bit_depth not in (None, *BIT_DEPTHS):
+        if not (self.bit_depth is None or self._has_known_depth()):
             raise UsageError(
                 f"{option('bit_depth')} must be one of {', '.join(map(str, BIT_DEPTHS))}, got "
                 f"{self.bit_depth!r}"
@@ -112,6 +114,9 @@ class Settings:
                 f"{'the end' if end is None else f'{float(end):g} s'}"
             )
         self._check_split()
+
+    def _has_known_depth(self) -> bool:
+        return isinstance(self.bit_depth, Integral) and self.bit_depth in BIT_DEPTHS
 
     def _check_types(self) -> None:
         for name in _FLAGS:
@@ -173,12 +178,14 @@ class Settings:
 def _exact(value: object, name: str) -> Fraction | None:
     """A time of any type of number, by the decimals that it is shown with: a float of 0.1 is a
     little more, so a frame at 1/10 s would be left out. Raises UsageError."""
-    if value is None or isinstance(value, Fraction):
-        return value
+    if value is None:
+        return None
     try:
-        return Fraction(str(value))
-    except (ValueError, ZeroDivisionError) as error:
-        raise UsageError(f"{option(name)} must be a number, got {value!r}") from error
+        exact = value if isinstance(value, Fraction) else Fraction(str(value))
+        float(exact)  # as messages show it
+    except (ValueError, ZeroDivisionError, OverflowError) as error:
+        raise UsageError(f"{option(name)} must be a number, got {shown(value, repr)}") from error
+    return exact
 
 
 def check_faces(faces: str) -> None:

@@ -1,0 +1,1 @@
+"""One run over a photo: the look that it shows."""

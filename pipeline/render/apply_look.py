@@ -8,7 +8,7 @@ import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces, check_faces, sound_faces
 from makeup_video.pipeline.faces.find import find_faces_in_frame
 from makeup_video.pipeline.frames.rgb import merge, to_frame
-from makeup_video.pipeline.frames.views import check_rgb8
+from makeup_video.pipeline.frames.views import check_paintable
 from makeup_video.pipeline.look.look import Look, check_look
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
@@ -17,9 +17,11 @@ from makeup_video.pipeline.render.composite import Composite
 def apply_look(rgb8: np.ndarray, look: Look, faces: Iterable[Face] | None = None) -> np.ndarray:
     """A picture with the look painted on its faces; pixels that nobody paints keep their values.
 
-    rgb8: (H, W, 3) uint8, upright, R'G'B' as sRGB encodes it, any size; it is not changed.
-    faces: those to paint, as `find_faces` found them in this very picture; None: all there are;
-    those with numbers that are not finite, or beyond a million px, are left alone.
+    rgb8: (H, W, 3) uint8, upright, R'G'B' as sRGB encodes it, less than 268 million px; it is not
+    changed.
+    faces: those to paint, as `find_faces` found them in this very picture; None: all there are,
+    found in its Y'CbCr codes, as in videos, and so a little apart from where `find_faces` finds
+    them. Those with numbers that are not finite, or beyond a million px, are left alone.
     Returns a new (H, W, 3) uint8 array, encoded like rgb8; a plain copy when there is no face or
     the look is bare.  Raises ValueError for another shape or dtype, TypeError for a look of another
     type and for faces that are not faces, InstallError when the face nets or OpenCL are missing,
@@ -50,10 +52,10 @@ class PaintPictures:
         self, rgb8: np.ndarray, look: Look, faces: Iterable[Face] | None = None
     ) -> np.ndarray:
         """Paint a look on a picture; arguments, result and errors are those of `apply_look`."""
-        check_rgb8(rgb8)
+        check_paintable(rgb8)
         check_look(look)
         if look.is_bare:
-            return rgb8.copy()
+            return np.array(rgb8, order="C")
         stored = np.ascontiguousarray(rgb8[..., ::-1])
         frame = to_frame(stored)
         before = [plane.copy() for plane in frame.planes]

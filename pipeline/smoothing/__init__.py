@@ -1,0 +1,1 @@
+"""Steady faces: points that do not tremble from frame to frame."""

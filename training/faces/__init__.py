@@ -1,1 +1,1 @@
-
+"""Training of the nets that find faces and their points."""

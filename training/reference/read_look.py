@@ -130,7 +130,7 @@ def look_with(numbers: Mapping[str, np.ndarray], zone: str) -> Look:
     return Look(**parts, zone=zone)
 
 
-def estimate_look(rgb8: np.ndarray, nets: Mapping[str, Net], zone: str = "lid") -> Look | None:
+def paper_look(rgb8: np.ndarray, nets: Mapping[str, Net], zone: str = "lid") -> Look | None:
     """The look of a photo's largest face; None when there is no face."""
     seen = see(rgb8)
     return None if seen is None else look_seen(seen, nets, zone)

@@ -154,6 +154,16 @@ def test_a_cluster_that_does_not_answer_is_named_soon(address, error, message):
         pass
 
 
+def test_a_connection_that_is_there_is_used_and_stays(nodes):
+    with on_ray.cluster(nodes.address):
+        with on_ray.cluster("auto"):
+            assert on_ray.ray_workers()
+        assert on_ray.ray.is_initialized()
+        with pytest.raises(UsageError, match="connected to a cluster already: give auto"):
+            on_ray.cluster(nodes.address).__enter__()
+    assert not on_ray.ray.is_initialized()
+
+
 SETTINGS, UNKNOWN_CALL = b"\0\0\0\4\0\0\0\0\0", b"\0\0\1\1\5\0\0\0\1\x88"
 
 

@@ -2,12 +2,14 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
 import process_tasks
 import pytest
-from makeup_video.pipeline import OutputError, StoppedError, WorkerError
+from makeup_video.pipeline import OutputError, StoppedError, UsageError, WorkerError
 from makeup_video.pipeline.engine.jobs import run_jobs
 from makeup_video.pipeline.engine.processes import ChildProcess
 
@@ -80,7 +82,23 @@ def test_a_job_whose_process_is_killed_is_tried_again(tmp_path):
     assert result == 3
     (tmp_path / "attempts").unlink()
     (error,) = results_of(process_tasks.die_twice, [tmp_path], attempts=2).values()
-    assert "was ended by SIGKILL 2 times" in str(error)
+    assert "was ended by SIGKILL, in each of 2 attempts, perhaps" in str(error)
+
+
+def test_a_script_that_calls_unguarded_is_told_so_once(tmp_path):
+    script = tmp_path / "unguarded.py"
+    script.write_text(
+        "from makeup_video.pipeline.engine.processes import ChildProcess\n"
+        "open('begun', 'a').write('once ')\n"
+        "ChildProcess(3).run(abs, -1, print)\n"
+    )
+    run = subprocess.run(
+        [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert run.stderr.splitlines()[-1].endswith(
+        'the script that calls: put the call under `if __name__ == "__main__":`'
+    )
+    assert (tmp_path / "begun").read_text() == "once once "
 
 
 def test_ctrl_c_stops_all_jobs():
@@ -94,7 +112,7 @@ def test_ctrl_c_stops_all_jobs():
 def test_a_stopped_worker_does_no_job():
     worker = ChildProcess(3)
     worker.stop()
-    with pytest.raises(StoppedError):
+    with pytest.raises(UsageError, match="workers serve one film"):
         worker.run(process_tasks.square, 1, lambda value: None)
     worker.stop()
     assert worker.process_id is None

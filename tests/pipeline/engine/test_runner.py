@@ -258,20 +258,16 @@ def test_the_source_is_closed_when_the_run_ends_early():
     assert closed == [True]
 
 
-def test_ticks_report_what_reached_the_sink():
-    counts = []
-    runner = Runner(("source", numbers(30)), [], ("sink", List(slow_seconds=0.01)))
-    runner.run(counts.append, tick_seconds=0.02)
-    assert len(counts) > 3 and counts == sorted(counts) and counts[-1] <= 30
+def test_a_run_that_is_stopped_drains_no_stage():
+    def keep(item):
+        return None
 
+    def stop(done):
+        raise KeyboardInterrupt
 
-def test_a_progress_display_that_fails_ends_the_run():
-    def tick(done):
-        raise OSError("terminal gone")
-
-    with pytest.raises(OSError, match="terminal gone"):
-        Runner(("source", forever()), [], ("sink", List())).run(tick)
-    assert our_threads() == []
+    keep.drain = pytest.fail
+    with pytest.raises(StoppedError):
+        Runner(("source", forever()), [("keep", keep)], ("sink", List())).run(stop, 0.01)
 
 
 def test_a_slow_sink_keeps_memory_flat():

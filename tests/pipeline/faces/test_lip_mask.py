@@ -76,3 +76,10 @@ def test_a_mouth_behind_a_medical_mask_is_hidden():
 def test_lips_outside_the_picture_have_no_mask():
     (face,) = find_faces(portrait())
     assert lip_mask(portrait()[:120], face).max() == 0
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_face_of_odd_numbers_has_no_mask():
+    (face,) = find_faces(portrait())
+    lips = replace(face.lips, to_px=np.full_like(face.lips.to_px, np.nan))
+    assert lip_mask(portrait(), replace(face, lips=lips)).max() == 0

@@ -9,6 +9,7 @@ import stat
 from dataclasses import asdict
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -48,6 +49,23 @@ def test_every_look_in_range_survives_the_file(tmp_path_factory, values):
     assert Look.load(path) == look
     assert Look.from_dict(look.to_dict()) == look
     assert hash(Look.load(path)) == hash(look)
+
+
+def test_numbers_of_numpy_become_numbers_of_python(tmp_path):
+    half = np.float32(0.5)
+    layer = Layer("eyeliner", GraphicsParams(**{**LIPS, "gloss": half}), {"wing": half}, half)
+    look = Look([layer], half)
+    look.save(tmp_path / "look.json")
+    assert Look.load(tmp_path / "look.json") == look
+    values = look.strength, layer.strength, layer.shape["wing"], layer.product.gloss
+    assert [type(value) for value in values] == [float] * 4
+
+
+def test_a_single_layer_is_not_a_list():
+    layer = Layer("lipstick", product("#B4002E", "gloss"))
+    for make in (Look, lambda one: Look().with_kind("lipstick", one)):
+        with pytest.raises(TypeError, match=r"list of Layer, got Layer: put layers in \[\]"):
+            make(layer)
 
 
 @given(look_objects())

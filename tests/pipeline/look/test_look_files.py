@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from looks import layer_of
-from makeup_video.pipeline import Look, LookError
+from makeup_video.pipeline import Look, LookError, OutputError
 from makeup_video.pipeline.look.strict_json import whole_number
 from makeup_video.web.messages import read_message
 
@@ -149,3 +149,14 @@ def test_byte_order_mark_and_white_space_are_no_fault(tmp_path):
     written = json.dumps(look.to_dict()).encode()
     (tmp_path / "look.json").write_bytes(b"\xef\xbb\xbf" + written + b" " * 900_000)
     assert Look.load(tmp_path / "look.json") == look
+
+
+def test_a_name_that_is_empty_or_a_circle_is_refused(tmp_path):
+    (tmp_path / "a").symlink_to("b")
+    (tmp_path / "b").symlink_to("a")
+    with pytest.raises(OutputError, match="a cannot be written: Too many levels"):
+        Look().save(tmp_path / "a")
+    assert (tmp_path / "a").is_symlink()
+    for use in (Look.load, Look().save):
+        with pytest.raises((LookError, OutputError), match="name of the look file is empty"):
+            use("")

@@ -249,6 +249,20 @@ def test_all_outputs_are_whole_before_it_is_told(tmp_path, name):
     assert there == [len(LOOKS)]
 
 
+def test_where_no_output_is_whole_nobody_is_told(tmp_path):
+    src, told = film(tmp_path / "in.mkv", clip(20)), []
+    looks = paths_of(tmp_path, ".mkv", {"a": BERRY, "b": PLUM})
+
+    def tick(outputs, *figures):
+        for name in "ab":
+            (tmp_path / f"{name}.part.mkv").unlink(missing_ok=True)  # as another program may do
+
+    settings = Settings(preset="ultrafast", on_whole=lambda: told.append(True))
+    done = process_looks(src, looks, settings, tick)
+    assert [type(outcome) for outcome in done.values()] == [OutputError, OutputError]
+    assert told == []
+
+
 def test_ctrl_c_ends_all_looks_and_leaves_playable_parts(tmp_path):
     src = film(tmp_path / "in.mkv", clip(40))
 

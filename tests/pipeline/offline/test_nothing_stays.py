@@ -2,25 +2,32 @@
 may come by only after dozens of runs."""
 
 import gc
+from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
+from types import SimpleNamespace
 
 import av
 import pytest
+from makeup_video.kernels.program import Device
 from makeup_video.pipeline import (
     DecodeError,
+    Painter,
     Settings,
+    apply_look,
+    paint_frames,
     process_looks,
     process_video,
     ready_look,
 )
+from makeup_video.pipeline.engine import machine
 from makeup_video.pipeline.files.output_file import OutputFile
 from makeup_video.pipeline.media.decode import Decoder
 from makeup_video.pipeline.media.encode import VideoEncoder
 from makeup_video.pipeline.offline.stages import FaceRun
 from media import add_video, encode_frames, make_clip
-from people import SAMPLES
+from people import SAMPLES, clip
 
-HELD = (VideoEncoder, Decoder, OutputFile, FaceRun)
+HELD = (VideoEncoder, Decoder, OutputFile, FaceRun, Device)
 LOOK = ready_look("berry").look
 
 
@@ -75,8 +82,24 @@ def a_film_that_fails(folder):
     assert "changes from 96x64 yuv420p to 128x96 yuv420p at 0." in message
 
 
-@pytest.mark.parametrize("run", [one_look, several_looks, pictures, segments, a_film_that_fails])
-def test_nothing_waits_for_the_garbage_collector(tmp_path, run):
+def frames(folder):
+    list(paint_frames(clip(2), LOOK))
+    painter = Painter(LOOK)
+    painter(clip(1)[0], 0)
+
+
+def threads(folder):
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(apply_look, clip(1)[0], LOOK).result()
+
+
+RUNS = [one_look, several_looks, pictures, segments, a_film_that_fails, frames, threads]
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_nothing_waits_for_the_garbage_collector(tmp_path, monkeypatch, run):
+    monkeypatch.setattr(machine, "gc", SimpleNamespace(collect=lambda generation=2: 0))
+    apply_look(clip(1)[0], LOOK)  # all threads share one kernel that reads surfaces
     gc.collect()
     gc.disable()
     try:

@@ -1,5 +1,6 @@
 """Frames in memory: painted like a film's, in order, and everything else stays as it was."""
 
+from concurrent.futures import ThreadPoolExecutor
 from decimal import Decimal
 from fractions import Fraction
 
@@ -140,6 +141,46 @@ def test_a_frame_of_another_kind_is_one_line(frame, words):
         list(paint_frames([frame], BLUE))
     with pytest.raises(ValueError, match=words):
         Painter(BLUE)(*(frame if isinstance(frame, tuple) else (frame, 0.0)))
+
+
+def test_a_single_picture_is_not_several():
+    for paint in (paint_frames, paint_pictures):
+        with pytest.raises(ValueError, match=r"got one of shape .*: apply_look paints one"):
+            paint(portrait(), BLUE)
+        with pytest.raises(TypeError, match=r"must be several arrays, got int: put it in \[\]"):
+            paint(5, BLUE)
+
+
+@pytest.mark.parametrize("size", [(1, 3_000_000), (16_400, 16_400)])
+def test_a_picture_too_large_for_a_frame_is_one_line(size):
+    huge = np.broadcast_to(np.zeros((1, 1, 3), np.uint8), (*size, 3))
+    for paint in (lambda: apply_look(huge, BLUE), lambda: Painter(BLUE)(huge, 0)):
+        with pytest.raises(ValueError, match="must have less than 268 million px") as caught:
+            paint()
+        assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("look", [BLUE, Look()])
+def test_what_is_painted_is_a_plain_array(look):
+    picture = np.ma.masked_array(portrait(), mask=False)
+    painted = [Painter(look)(picture, 0), apply_look(picture, look), *paint_frames([picture], look)]
+    assert {type(one) for one in painted} == {np.ndarray}
+
+
+def test_a_painter_refuses_a_second_thread(monkeypatch):
+    painter, frame = Painter(BLUE), clip(1)[0]
+    painted, refused = RgbFrame.painted, []
+
+    def meanwhile(self):
+        with ThreadPoolExecutor(1) as pool:
+            refused.append(pool.submit(painter, frame, 1).exception())
+        return painted(self)
+
+    monkeypatch.setattr(RgbFrame, "painted", meanwhile)
+    painter(frame, 0)
+    assert isinstance(refused[0], RuntimeError) and "one thread at a time" in str(refused[0])
+    monkeypatch.undo()
+    assert painter(frame, 2).shape == frame.shape
 
 
 @pytest.mark.parametrize(

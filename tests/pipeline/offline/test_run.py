@@ -58,6 +58,11 @@ def test_the_output_may_not_be_the_input(tmp_path):
     assert src.read_bytes() == before
 
 
+def test_an_output_of_bytes_is_refused_in_one_line(tmp_path):
+    with pytest.raises(TypeError, match=r"a str or a Path, got b'out\.mp4': os\.fsdecode"):
+        process_video(make_clip(tmp_path / "in.mp4"), b"out.mp4")
+
+
 def test_the_report_counts_bytes_frames_and_stages(tmp_path):
     src = make_clip(tmp_path / "in.mp4", audio="aac")
     report = through(src, tmp_path / "out.mp4").to_dict()

@@ -31,6 +31,9 @@ from people import SAMPLES
         ({"end_seconds": "1/0"}, "end_seconds must be a number, got '1/0'"),
         ({"faces": -1}, "faces must be"),
         ({"bit_depth": "8"}, "bit_depth must be one of 8, 10, 12, got '8'"),
+        ({"bit_depth": 8.0}, r"bit_depth must be one of 8, 10, 12, got 8\.0"),
+        ({"start_seconds": -(10**400)}, "start_seconds must be a number, got -10000"),
+        ({"end_seconds": 10**5000}, "end_seconds must be a number, got something of type int"),
         ({"stage_threads": 0}, r"stage_threads must be a whole number in 1\.\.128, got 0"),
         ({"decoder_threads": 3000}, "decoder_threads must be a whole number in"),
         ({"stage_threads": True}, "stage_threads must be a whole number"),
@@ -74,6 +77,11 @@ def test_times_are_taken_by_their_decimals(tenths, kind):
 def test_faces_and_devices_may_be_given_as_int():
     settings = Settings(faces=0, device=1)
     assert (settings.faces, settings.device) == ("0", "1")
+
+
+def test_none_means_the_default():
+    names = ("faces", "device", "start_seconds", "end_seconds", "bit_depth")
+    assert Settings(**dict.fromkeys(names)) == Settings()
 
 
 @pytest.mark.parametrize("name", ["decoder_threads", "encoder_threads", "stage_threads"])

@@ -1,6 +1,7 @@
 """A film in segments is the film of one run: frames, times, headers and all other streams."""
 
 from fractions import Fraction
+from types import SimpleNamespace
 
 import av
 import numpy as np
@@ -14,6 +15,7 @@ from makeup_video.pipeline import (
     WorkerError,
     process_video,
 )
+from makeup_video.pipeline.offline import paint_segments
 from makeup_video.pipeline.offline import split as split_module
 from media import damage, decoded, make_clip, packets_of
 from people import SAMPLES
@@ -195,6 +197,20 @@ def test_progress_counts_the_frames_of_all_segments(tmp_path):
 def test_settings_that_do_not_fit_are_refused(settings, text):
     with pytest.raises(UsageError, match=text):
         Settings(**settings)
+
+
+def test_at_least_one_worker_is_needed(tmp_path):
+    src = make_clip(tmp_path / "in.mp4", frames=60, options=GROUP)
+    with pytest.raises(UsageError, match="workers must hold at least one"):
+        process_video(src, tmp_path / "out.mp4", None, Settings(split_minutes=SECOND), workers=[])
+
+
+def test_a_daemonic_process_paints_in_one_run(tmp_path, monkeypatch):
+    src, out = make_clip(tmp_path / "in.mp4", frames=60, options=GROUP), tmp_path / "out.mp4"
+    monkeypatch.setattr(paint_segments, "current_process", lambda: SimpleNamespace(daemon=True))
+    with pytest.raises(UsageError, match=r"daemonic .*: leave split_minutes out here"):
+        process_video(src, out, None, Settings(split_minutes=SECOND))
+    assert [path.name for path in tmp_path.iterdir()] == ["in.mp4"]
 
 
 def test_a_picture_is_not_split(tmp_path):
