@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 import av
-import cv2
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
 from makeup_video.pipeline.frames.colour_tags import ColourTags
@@ -38,6 +37,8 @@ def merge(stored: np.ndarray, frame: Frame, before: Sequence[np.ndarray]) -> np.
     stored: as for to_frame. before: the frame's planes before painting. The very same array when
     nothing changed.
     """
+    import cv2  # not loaded for videos, which do not pass here
+
     changed = np.zeros(stored.shape[:2], bool)
     for old, new in zip(before, frame.planes, strict=True):
         changed |= old != new

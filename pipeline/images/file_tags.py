@@ -1,13 +1,24 @@
 """What PNG and JPEG files tell beside their pixels and beside what OpenCV hands over.
 
-PNG (W3C, third edition), section 11.3; JPEG File Interchange Format 1.02, and ITU-T T.81, B.2.4.5.
+PNG (W3C, third edition), section 11.3; JPEG File Interchange Format 1.02.
 """
 
+import re
 import struct
 import zlib
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from makeup_video.pipeline.images.jpeg_segments import (
+    APP1,
+    APP2,
+    COMMENT,
+    JPEG_MARK,
+    behind_picture,
+    is_cmyk,
+    segment,
+    segments,
+)
 from makeup_video.pipeline.media.input_file import PNG_MARK
 
 _RESOLUTION = b"pHYs"
@@ -24,14 +35,20 @@ _PNG_TAGS = {
 # would tell of the picture as it was.
 _KNOWN_TEXTS = (b"XML:com.adobe.xmp\0", b"Raw profile type ")
 _IHDR_END = 33  # of a PNG: the mark, and the header with its length, name and checksum
-_JPEG_MARK = b"\xff\xd8"
 _JFIF = b"\xff\xe0\x00\x10JFIF\0"  # how the first segment of most JPEGs begins
 _JFIF_END = 20  # of the file's bytes, where that segment has no small picture
 _DENSITY = slice(13, 18)  # of the file's bytes: a unit, and pixels across and down
-_SCAN, _COMMENT = 0xDA, 0xFE
 _PER_METRE = {1: 1 / 0.0254, 2: 100.0}  # of JFIF's units, inch and centimetre
 _SUFFIXES = {"png": "png", "jpeg": "jpg", "webp": "webp"}
 _UNKNOWN_PER_INCH = (72, 96)  # what programs write that know no resolution
+_LEAST_BYTES = 100  # behind a picture: fewer are no picture
+_GAIN_MAP = b"urn:iso:std:iso:ts:21496:"  # how a segment begins that announces one
+_ADOBE_GAIN_MAP = b"hdrgm:"
+# What XMP says of further pictures and movies in the same file: the names that Adobe, Google and
+# Apple use, as attributes and as elements.
+_ANNOUNCED = rb"(?:hdrgm:|Container:|Item:|HDRGainMap:|GCamera:Motion|GCamera:MicroVideo)[\w.-]*"
+_ATTRIBUTE = re.compile(rb"\s%b\s*=\s*(?:\"[^\"]*\"|'[^']*')" % _ANNOUNCED)
+_TAG = re.compile(rb"<(/?)%b(?:\s[^<>]*?)?(/?)>" % _ANNOUNCED)
 
 
 class FileTags(NamedTuple):
@@ -40,19 +57,22 @@ class FileTags(NamedTuple):
     kind: "png" or "jpeg"; "" for other files.  names: what the blocks tell, in words.
     blocks: chunks of a PNG or comments of a JPEG, as they stand in the file.
     per_metre: the pixels across and down that a metre holds in print; None: not told.
+    lost: a line for what no output holds.  conversions: what reading the pixels changes.
     """
 
     kind: str
     names: tuple[str, ...] = ()
     blocks: bytes = b""
     per_metre: tuple[int, int] | None = None
+    lost: tuple[str, ...] = ()
+    conversions: tuple[str, ...] = ()
 
 
 def file_tags(data: bytes) -> FileTags:
     """The tags of a picture's file. A file that is damaged has those before the damage."""
     if data.startswith(PNG_MARK):
         return _tags_of_png(data)
-    return _tags_of_jpeg(data) if data.startswith(_JPEG_MARK) else FileTags("")
+    return _tags_of_jpeg(data) if data.startswith(JPEG_MARK) else FileTags("")
 
 
 def with_file_tags(data: bytes, kind: str, tags: FileTags) -> tuple[bytes, list[str]]:
@@ -74,7 +94,26 @@ def with_file_tags(data: bytes, kind: str, tags: FileTags) -> tuple[bytes, list[
         data = data[:_JFIF_END] + blocks + data[_JFIF_END:]
     elif tags.per_metre is not None and not _is_usual(tags.per_metre):
         lost.append("resolution")
-    return data, [f"{', '.join(lost)}: not accepted in .{_SUFFIXES[kind]}"] if lost else []
+    lines = [f"{', '.join(lost)}: not accepted in .{_SUFFIXES[kind]}"] if lost else []
+    return data, [*tags.lost, *lines]
+
+
+def without_announcements(xmp: bytes) -> bytes:
+    """XMP without what it says of a gain map, of further pictures or of a movie in the file.
+
+    They are not written, and a viewer would look for them in vain.
+    """
+    kept, begin, depth = [], 0, 0
+    for tag in _TAG.finditer(xmp):
+        ends, is_empty = tag.groups()
+        if not depth:
+            kept.append(xmp[begin : tag.start()])
+        if not is_empty:
+            depth = max(0, depth - 1) if ends else depth + 1
+        begin = tag.end()
+    if not depth:
+        kept.append(xmp[begin:])
+    return _ATTRIBUTE.sub(b"", b"".join(kept))
 
 
 def _is_usual(per_metre: tuple[int, int]) -> bool:
@@ -95,13 +134,28 @@ def _tags_of_png(data: bytes) -> FileTags:
 
 
 def _tags_of_jpeg(data: bytes) -> FileTags:
-    comments = b"".join(block for block in _segments(data) if block[1] == _COMMENT)
+    comments = b"".join(segment(*one) for one in segments(data) if one[0] == COMMENT)
     per_metre = None
-    if data[len(_JPEG_MARK) :].startswith(_JFIF) and len(data) >= _JFIF_END:
+    if data[len(JPEG_MARK) :].startswith(_JFIF) and len(data) >= _JFIF_END:
         unit, across, down = struct.unpack(">BHH", data[_DENSITY])
         if unit in _PER_METRE and across and down:
             per_metre = (round(across * _PER_METRE[unit]), round(down * _PER_METRE[unit]))
-    return FileTags("jpeg", ("comment",) if comments else (), comments, per_metre)
+    names, changed = ("comment",) if comments else (), ("CMYK -> RGB",) if is_cmyk(data) else ()
+    return FileTags("jpeg", names, comments, per_metre, _lost_behind(data), changed)
+
+
+def _lost_behind(data: bytes) -> tuple[str, ...]:
+    """A line for the gain map, further pictures or the movie that follow a picture in its file."""
+    size = len(behind_picture(data).strip(b"\0"))
+    if size < _LEAST_BYTES:
+        return ()
+    has_gain_map = any(
+        (marker == APP2 and content.startswith(_GAIN_MAP))
+        or (marker == APP1 and _ADOBE_GAIN_MAP in content)
+        for marker, content in segments(data)
+    )
+    name = "gain map of HDR" if has_gain_map else "further pictures or a movie"
+    return (f"{name}: {size / 1e3:.1f} kB behind the picture, which is written alone",)
 
 
 def _chunk(name: bytes, content: bytes) -> bytes:
@@ -115,17 +169,6 @@ def _chunks(data: bytes) -> Iterator[bytes]:
     while at + 12 <= len(data):
         end = at + 12 + int.from_bytes(data[at : at + 4], "big")
         if end > len(data):
-            return
-        yield data[at:end]
-        at = end
-
-
-def _segments(data: bytes) -> Iterator[bytes]:
-    """The segments of a JPEG before its pixels, each with its marker and length."""
-    at = len(_JPEG_MARK)
-    while at + 4 <= len(data) and data[at] == 0xFF and data[at + 1] != _SCAN:
-        end = at + 2 + int.from_bytes(data[at + 2 : at + 4], "big")
-        if end > len(data) or end < at + 4:
             return
         yield data[at:end]
         at = end

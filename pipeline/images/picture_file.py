@@ -11,7 +11,9 @@ import numpy as np
 from makeup_video.pipeline.errors import DecodeError, InputError, OutputError
 from makeup_video.pipeline.files.ordinary import read_ordinary
 from makeup_video.pipeline.images.exif import EXIF_MARK
+from makeup_video.pipeline.images.file_tags import without_announcements
 from makeup_video.pipeline.images.heif import DamagedHeifError, decode, is_heif
+from makeup_video.pipeline.images.jpeg_segments import JPEG_MARK, icc_profile, with_icc_profile
 from makeup_video.pipeline.images.picture_size import TIFF_MARKS, check_size
 from makeup_video.pipeline.media.input_file import PNG_MARK
 
@@ -114,9 +116,15 @@ def decode_picture(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.nd
         for kind, blob in zip(kinds, blobs, strict=True)
         if kind != cv2.IMAGE_METADATA_CICP  # of PNG alone: see file_tags
     }
+    if data.startswith(JPEG_MARK):
+        # OpenCV takes every APP2 segment for a part of the profile, also those of gain maps
+        metadata.pop(int(cv2.IMAGE_METADATA_ICCP), None)
+        if profile := icc_profile(data):
+            metadata[int(cv2.IMAGE_METADATA_ICCP)] = np.frombuffer(profile, np.uint8)
     if (xmp := metadata.get(int(cv2.IMAGE_METADATA_XMP))) is not None:
         plain = xmp.tobytes().removeprefix(_XMP_IN_JPEG)
         plain = plain[: plain.rfind(b">") + 1]  # OpenCV 5.0 reads a few bytes too many from a PNG
+        plain = without_announcements(plain)
         metadata[int(cv2.IMAGE_METADATA_XMP)] = np.frombuffer(plain, np.uint8)
     return pixels, metadata
 
@@ -136,7 +144,7 @@ def _decode_heif(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.ndar
         pixels = np.ascontiguousarray(pixels[..., [2, 1, 0, 3][: pixels.shape[2]]])
     kinds = {
         cv2.IMAGE_METADATA_EXIF: (info.get("exif") or b"").removeprefix(EXIF_MARK),
-        cv2.IMAGE_METADATA_XMP: info.get("xmp") or b"",
+        cv2.IMAGE_METADATA_XMP: without_announcements(info.get("xmp") or b""),
         cv2.IMAGE_METADATA_ICCP: info.get("icc_profile") or b"",
     }
     return pixels, {int(k): np.frombuffer(blob, np.uint8) for k, blob in kinds.items() if blob}
@@ -181,9 +189,14 @@ def _encode(
     """None when OpenCV refuses."""
     import cv2
 
-    blobs = dict(metadata)
-    xmp = int(cv2.IMAGE_METADATA_XMP)
-    if suffix in (".jpg", ".jpeg") and xmp in blobs:
-        blobs[xmp] = np.concatenate([np.frombuffer(_XMP_IN_JPEG, np.uint8), blobs[xmp]])
+    blobs, profile = dict(metadata), b""
+    if suffix in (".jpg", ".jpeg"):
+        # OpenCV leaves out a profile that needs several segments
+        profile = bytes(blobs.pop(int(cv2.IMAGE_METADATA_ICCP), b""))
+        xmp = int(cv2.IMAGE_METADATA_XMP)
+        if xmp in blobs:
+            blobs[xmp] = np.concatenate([np.frombuffer(_XMP_IN_JPEG, np.uint8), blobs[xmp]])
     ok, data = cv2.imencodeWithMetadata(suffix, pixels, list(blobs), list(blobs.values()), options)
-    return data.tobytes() if ok else None
+    if not ok:
+        return None
+    return with_icc_profile(data.tobytes(), profile) if profile else data.tobytes()

@@ -50,6 +50,7 @@ class VideoCodec(NamedTuple):
     presets: the choices, None where there are none; `preset` is the default.
     depth: bits a sample unless others are asked for; None: those of the source.
     interlaced: the encoder can keep fields.  whole_chroma: it refuses odd sizes in 4:2:0.
+    full_range: its streams can say that their samples have the full range.
     memory_mb_per_mpx: what one more encoder of the default preset holds, in MB per megapixel of a
     frame: mostly the frames of its look-ahead.
     options: (crf, preset) -> the encoder's own options.
@@ -94,6 +95,7 @@ class VideoCodec(NamedTuple):
     live_options: tuple[tuple[str, str], ...] = ()
     also: tuple[str, ...] = ()
     many_threads: bool = False
+    full_range: bool = True
     is_hardware: bool = False
     handed: tuple[tuple[str, str], ...] = ()
     device: str | None = None
@@ -107,7 +109,8 @@ _FULL = ("yuvj420p", "yuvj422p", "yuvj444p")
 _TEN_BITS = ("yuv420p10le", "yuv422p10le", "yuv444p10le")
 _TWELVE_BITS = ("yuv420p12le", "yuv422p12le", "yuv444p12le")
 
-# Phones, browsers and television sets play H.264 of 8 bits alone, so that is its depth.
+# Phones, browsers and television sets play H.264 of 8 bits alone, so that is its depth, and RGB
+# becomes 4:2:0.
 # The default crfs give the codecs about the same luma PSNR, that of H.264 at 18, which is visually
 # lossless at normal size; each default preset keeps 720p30 in real time on two cores.
 CODECS = {
@@ -182,7 +185,7 @@ CODECS = {
             depth=None, interlaced=True, whole_chroma=False,
             memory_mb_per_mpx=35,
             options=lambda crf, preset: {"profile": preset} if preset else {},
-            transparent_in=("mov",),
+            transparent_in=("mov",), full_range=False,
             also=("prores_ks", "apple prores"),
         ),
     )

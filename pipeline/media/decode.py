@@ -12,7 +12,7 @@ from makeup_video.pipeline.frames.display_matrix import turn_of
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.media.clock_jumps import ClockJumps
 from makeup_video.pipeline.media.duration import beyond_end
-from makeup_video.pipeline.media.frame_times import FrameTimes
+from makeup_video.pipeline.media.frame_times import FrameTimes, until_next
 from makeup_video.pipeline.media.input_file import VideoSource, is_cover, late_streams, packets_of
 from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 from makeup_video.pipeline.media.seek import seek_before, subtitles_on_screen
@@ -111,19 +111,23 @@ class Decoder:
                 self._early.add((packet.stream.index, packet.pts))
                 self.muxer.copy(packet)
             seek_before(self.source, self._context, self.trim.start)
-        index, base = self.source.video.index, self._base
+        base = self._base
+        for picture, pts, duration in until_next(self._pictures(), _track_end(self.source)):
+            yield from self._kept(self.trim(picture, pts * base, duration * base))
+        yield from self._kept(self.trim.finish())
+        self.finish()
+
+    def _pictures(self) -> Generator[tuple[av.VideoFrame, int], None, None]:
+        """The decoded pictures with their times; other packets go to the muxer."""
+        index = self.source.video.index
         for packet in self.packets:
             if packet.stream.index == index:
                 for picture in self._decode(packet):
-                    seconds = self._times(picture) * base
-                    duration = picture.duration * base
-                    yield from self._kept(self.trim(picture, seconds, duration))
+                    yield picture, self._times(picture)
                     if self.trim.is_past_end:
                         break  # a decoder with many threads gives many pictures at once
             elif packet.size:
                 self.muxer.copy(packet)
-        yield from self._kept(self.trim.finish())
-        self.finish()
 
     def finish(self) -> None:
         """Complete the counts, once all packets are read. Raises as `frames` does."""
@@ -229,12 +233,12 @@ class Decoder:
         """The time of the first frame is known: all other streams move with it."""
         trim, shift = self.trim, self.trim.shift or Fraction(0)
         self.muxer.trim(trim.start, trim.end, shift)
+        if not shift or trim.start is not None:  # an excerpt begins at 0 in any case
+            return
         if shift < 0:
             why = "later, since the video began before 0"
-        elif shift > 0 and trim.start is None:
-            why = "earlier, since the file's clock begins that late"
         else:
-            return
+            why = "earlier, since the file's clock begins that late"
         self.stats.moved.append(f"all times: {_in_words(abs(shift))} {why}")
 
     def _refuse_changes(self) -> None:
@@ -323,6 +327,14 @@ class Decoder:
             f"{option('start_seconds')} {float(start - origin):g} s is beyond the last frame: "
             f"{source.path} has frames until {round(float(end - origin), 2)} s"
         )
+
+
+def _track_end(source: VideoSource) -> int | None:
+    """Where the video ends by the index of an mp4, in ticks; None in other containers."""
+    video = source.video
+    if "mp4" not in source.container.format.name or not video.duration:
+        return None
+    return int((video.start_time or 0) + video.duration)
 
 
 def _decoder_context(source: VideoSource, threads: int) -> Any:

@@ -1,6 +1,7 @@
 """Presentation times that strictly increase, whatever the container declares."""
 
 import math
+from collections.abc import Iterable, Iterator
 
 import av
 from makeup_video.pipeline.media.input_file import VideoSource
@@ -19,6 +20,26 @@ def has_guessed_times(source: VideoSource) -> bool:
         and source.video.name in ("h264", "hevc")
         and bool(source.video.codec_context.has_b_frames)
     )
+
+
+def until_next(
+    pictures: Iterable[tuple[av.VideoFrame, int]], end: int | None
+) -> Iterator[tuple[av.VideoFrame, int, int]]:
+    """(picture, time, duration) of pictures in order of time, none shown beyond the next one.
+
+    mp4 stores durations in the order of decoding, so FFmpeg may give the length of a picture that
+    stands still to another one.
+    end: of the last picture; None: where its own duration ends.
+    """
+    held: tuple[av.VideoFrame, int] | None = None
+    for picture, pts in pictures:
+        if held is not None:
+            yield *held, min(held[0].duration, pts - held[1])
+        held = picture, pts
+    if held is not None:
+        picture, pts = held
+        longest = picture.duration if end is None or end <= pts else end - pts
+        yield picture, pts, min(picture.duration, longest)
 
 
 class FrameTimes:

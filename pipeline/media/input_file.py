@@ -78,9 +78,10 @@ class VideoSource:
 
     @property
     def start_seconds(self) -> Fraction:
-        """Where a player begins: the first time of sound or picture, exact, at least 0.
+        """Where a player begins: the first time of sound or picture, exact.
 
-        In the recording of a broadcast that may be any time of the day.
+        In the recording of a broadcast that may be any time of the day, also before 0, where the
+        clock wraps. In other files players do not show what lies before 0.
         """
         starts = [
             stream.start_time * stream.time_base
@@ -89,7 +90,8 @@ class VideoSource:
             and stream.start_time is not None
             and not is_cover(stream)
         ]
-        return max(Fraction(0), min(starts, default=Fraction(0)))
+        start = min(starts, default=Fraction(0))
+        return start if self.has_free_clock else max(Fraction(0), start)
 
     @property
     def late_start(self) -> Fraction:

@@ -8,15 +8,18 @@ from fractions import Fraction
 from typing import Any, TypeVar
 
 import av
+from av.stream import Disposition
 from makeup_video.pipeline.errors import OutputError, StrictError, option
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.media.clip import Clip
 from makeup_video.pipeline.media.codecs import MATROSKA
 from makeup_video.pipeline.media.input_file import VideoSource, is_cover
 from makeup_video.pipeline.media.matroska import set_display_size
+from makeup_video.pipeline.media.mp4_tracks import hide_subtitles
 from makeup_video.pipeline.media.other_streams import OtherStreams
 from makeup_video.pipeline.media.streams import container_options, label_of, shown_wh, tags
 from makeup_video.pipeline.media.timecode import moved_timecode
+from makeup_video.pipeline.media.transcode import AudioConverter
 from makeup_video.pipeline.media.verify import SentStream, missing_from, sent_stream
 
 T = TypeVar("T")
@@ -51,6 +54,7 @@ class Muxer:
         self._others: OtherStreams
         self._sent: dict[int, SentStream] = {}
         self._covers: set[int] = set()
+        self._last_dts: dict[int, int] = {}  # of the packets copied, by stream of the source
         self._begun: set[int] = set()  # other video tracks that had a key frame
         self._headless: set[str] = set()
         # packets that come before the header, and whether they are hidden; then None
@@ -167,11 +171,22 @@ class Muxer:
         if packet.stream.name == "mov_text" and packet.size <= 2:
             return  # an empty title that fills a gap; the muxer makes its own
         packets: Iterable[Any] = [packet]
+        if not isinstance(convert, AudioConverter) and self._goes_back(packet) and is_hidden:
+            return  # between two edits: no muxer takes it, while a converter's decoder needs it
         if convert is not None:
             packets = self._unless_damaged(convert, packet)
         elif self.format in MATROSKA and is_hidden and _is_before_0(packet):
             return
         self._mux_others(stream, packets)
+
+    def _goes_back(self, packet: Any) -> bool:
+        """True for a packet that comes no later than the one before it in its stream."""
+        if packet.dts is None:
+            return False
+        index = packet.stream.index
+        last = self._last_dts.get(index)
+        self._last_dts[index] = packet.dts if last is None else max(last, packet.dts)
+        return last is not None and packet.dts <= last
 
     def _is_undecodable(self, packet: Any) -> bool:
         """True for what a cut leaves of another video track before its first key frame."""
@@ -222,7 +237,10 @@ class Muxer:
         with self._lock, write_errors(self.part):
             for converter in self._others.converters:
                 self._mux_others(converter.stream, self._unless_damaged(converter.flush))
+            hides_subtitles = self._hides_subtitles()
             self._container.close()
+            if hides_subtitles:
+                hide_subtitles(self.target.own_path)
             if not self._keep_pixel_aspect():
                 self.dropped.append("pixel aspect ratio: no room for it in the header")
             self.bytes_out = self.target.own_path.stat().st_size
@@ -246,6 +264,11 @@ class Muxer:
                 f"{self.target.path} is incomplete: {missing}; what was written is kept "
                 f"as {self.part}. Try another container, such as .mkv, and report it"
             )
+
+    def _hides_subtitles(self) -> bool:
+        """True for an mp4 or mov none of whose subtitles are to be shown unasked."""
+        shown = [s.disposition & Disposition.default for s in self._container.streams.subtitles]
+        return self.format not in MATROSKA and bool(shown) and not any(shown)
 
     def _keep_pixel_aspect(self) -> bool:
         """mp4 and mov take the aspect ratio from the encoder; Matroska's muxer needs help."""

@@ -10,6 +10,7 @@ from makeup_video.pipeline.media.streams import (
     copy_stream,
     is_implied,
     label_of,
+    lost_marks,
     mystery,
     refusal,
     tags,
@@ -71,6 +72,8 @@ class OtherStreams:
                 return None
         added.metadata.update(tags(stream, self._format))
         added.disposition = stream.disposition
+        if (lost := lost_marks(stream, self._format)) is not None:
+            self.dropped.append(lost)
         return added
 
     def _add_converted(self, stream: Any) -> Any | None:

@@ -47,6 +47,8 @@ def pick_pix_fmt(source: str, codec: VideoCodec, depth: int | None = None) -> st
         return source
     if source.startswith("gray"):
         source = source.replace("gray", "yuv420p", 1)  # FFmpeg would choose full-range 4:4:4
+    if _is_rgb(source) and codec.depth is not None and codec.depth == wanted:
+        source = "yuv420p"  # few players take 4:4:4
     has_alpha = any(c.is_alpha for c in av.VideoFormat(source).components)
     best, _loss = find_best_pix_fmt_of_list(fitting, source, has_alpha)
     assert best is not None
@@ -73,6 +75,7 @@ class ConvertPixelFormat:
         self._pix_fmt = ""
         self._seen: tuple[int, int, str] | None = None
         self._to_sdr: ToSdr | None = None
+        self._to_limited = False  # full range becomes limited
 
     def __call__(self, picture: av.VideoFrame, seconds: float | None = None) -> av.VideoFrame:
         """Raises DecodeError when size or pixel format differ from the first picture's, UsageError
@@ -102,14 +105,15 @@ class ConvertPixelFormat:
             from makeup_video.pipeline.media.to_sdr import ToSdr
 
             self._to_sdr = ToSdr(picture, self._pix_fmt)
+        self._to_limited = _is_full(picture) and not self.codec.full_range
         self._note(picture)
 
     def _converted(self, picture: av.VideoFrame, name: str) -> av.VideoFrame:
         """name: of the picture's format."""
         if self._to_sdr is not None:
             return self._to_sdr(picture)
-        if name != self._pix_fmt:
-            return _reformat(picture, self._pix_fmt)
+        if name != self._pix_fmt or self._to_limited:
+            return _reformat(picture, self._pix_fmt, to_limited=self._to_limited)
         return picture
 
     def _padded_wh(self, picture: av.VideoFrame) -> tuple[int, int]:
@@ -126,10 +130,16 @@ class ConvertPixelFormat:
             self.dropped.append(
                 f"transparency: {self.codec.name} has none here; {_transparent_codecs()} keep it"
             )
-        if name != self._pix_fmt:
+        # yuvj420p is yuv420p whose name says that its range is full, as the tag does in any case
+        if name.replace("yuvj", "yuv") != self._pix_fmt.replace("yuvj", "yuv"):
             self.conversions.append(f"pixels {name} -> {self._pix_fmt}{self._why(picture)}")
             if self.depth is None:
                 self.unasked.append(self.conversions[-1])
+        if self._to_limited and self._to_sdr is None:
+            self.conversions.append(
+                f"range full -> limited ({self.codec.name} cannot say that it is full)"
+            )
+            self.unasked.append(self.conversions[-1])
         if self._to_sdr is not None:
             self.conversions.append(
                 f"HDR ({_TRANSFER_NAMES[int(picture.color_trc)]}, up to "
@@ -145,18 +155,21 @@ class ConvertPixelFormat:
             self.unasked.append(self.conversions[-1])
 
     def _why(self, picture: av.VideoFrame) -> str:
-        """The reason for fewer bits that nobody asked for, and a warning of HDR in too few bits."""
-        before, after = bits_of(picture.format.name), bits_of(self._pix_fmt)
-        if after >= before or self._to_sdr is not None:
+        """The reason for less chroma or fewer bits that nobody asked for, and a warning of HDR in
+        too few bits."""
+        if self._to_sdr is not None:
             return ""
-        reasons = []
+        before, after = bits_of(picture.format.name), bits_of(self._pix_fmt)
         deepest = max(bits_of(name) for name in self.codec.pix_fmts)
-        if self.depth is None and self.codec.depth == after:
+        is_usual, reasons = self.codec.depth == after, []
+        if is_usual and _is_rgb(picture.format.name):
+            reasons.append(f"few players take {self.codec.name} of 4:4:4")
+        if is_usual and after < before and self.depth is None:
             reasons.append(
                 f"few players take {self.codec.name} of more than {after} bits; a bit depth of "
                 f"{deepest} keeps {'them' if deepest >= before else 'more'}"
             )
-        if picture.color_trc in HDR_TRANSFERS:
+        if after < before and picture.color_trc in HDR_TRANSFERS:
             reasons.append(f"HDR in {after} bits shows bands; SDR does not")
         return f" ({'; '.join(reasons)})" if reasons else ""
 
@@ -192,17 +205,29 @@ def _has_alpha(fmt: av.VideoFormat) -> bool:
     return any(component.is_alpha for component in fmt.components)
 
 
+def _is_rgb(pix_fmt: str) -> bool:
+    fmt = av.VideoFormat(pix_fmt)
+    return fmt.is_rgb or fmt.has_palette
+
+
+def _is_full(picture: av.VideoFrame) -> bool:
+    """True for a picture of Y'CbCr whose samples have the full range."""
+    is_tagged = picture.color_range == ColorRange.JPEG or picture.format.name.startswith("yuvj")
+    return is_tagged and not _is_rgb(picture.format.name)
+
+
 def _text(key: tuple[int, int, str]) -> str:
     return f"{key[0]}x{key[1]} {key[2]}"
 
 
-def _reformat(picture: av.VideoFrame, pix_fmt: str) -> av.VideoFrame:
-    """Change the pixel format and keep the colour coding: same matrix, same range.
+def _reformat(picture: av.VideoFrame, pix_fmt: str, *, to_limited: bool) -> av.VideoFrame:
+    """Change the pixel format and keep the colour coding: same matrix, and same range unless
+    to_limited.
 
     On one thread: with several, FFmpeg's converter writes random pixels where its slices meet, when
     a sample of the new format has more than 8 bits and the width is no multiple of 16.
     """
-    if picture.format.is_rgb:
+    if _is_rgb(picture.format.name):
         # RGB has no matrix of its own. Every player assumes limited-range BT.709 for HD.
         out = picture.reformat(
             format=pix_fmt, dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.MPEG,
@@ -210,14 +235,17 @@ def _reformat(picture: av.VideoFrame, pix_fmt: str) -> av.VideoFrame:
         )  # fmt: skip
         out.colorspace, out.color_range = Colorspace.ITU709, ColorRange.MPEG
         return out
-    full = picture.color_range == ColorRange.JPEG or picture.format.name.startswith("yuvj")
-    range_ = ffmpeg_range(full)
+    is_full = _is_full(picture)
     out = picture.reformat(
-        format=pix_fmt, src_color_range=range_, dst_color_range=range_, threads=1
-    )
+        format=pix_fmt, src_color_range=ffmpeg_range(is_full),
+        dst_color_range=ffmpeg_range(is_full and not to_limited), threads=1,
+    )  # fmt: skip
     out.colorspace, out.color_trc = picture.colorspace, picture.color_trc
     out.color_primaries = picture.color_primaries
-    out.color_range = ColorRange.JPEG if full else picture.color_range
+    if to_limited:
+        out.color_range = ColorRange.MPEG
+    else:
+        out.color_range = ColorRange.JPEG if is_full else picture.color_range
     return out
 
 

@@ -9,6 +9,7 @@ from makeup_video.pipeline.media.input_file import VideoSource, packets_of
 
 _SUBTITLE_SECONDS = 60  # subtitles that begin longer before a start are not looked for
 _BACK_SECONDS = (0, 2, 10, 60, 10**9)  # the last one is the beginning of the file
+_EARLIEST = -Fraction(10**9)  # before everything; in ticks it still fits into 64 bits
 _NEVER = Fraction(2**62)
 
 
@@ -49,9 +50,12 @@ def seek_before(source: VideoSource, decoder: Any, start: Fraction) -> None:
         return  # a bare stream has no times to seek by: decode it from its beginning
     if video.start_time is not None and start <= video.start_time * source.time_base:
         return  # to seek the first picture would lose the sound before it
+    # AVI and FLV refuse times before 0. From 0 on, an MPEG stream whose first picture is decoded
+    # before 0 would lose its first group of pictures.
+    earliest = _EARLIEST if source.has_free_clock else Fraction(0)
     for back in _BACK_SECONDS:
         try:
-            ticks = int(max(Fraction(0), start - back) / source.time_base)
+            ticks = int(max(earliest, start - back) / source.time_base)
             container.seek(ticks, stream=video)
             decoder.flush_buffers()
             if back == _BACK_SECONDS[-1] or _first_decodable(source, decoder) <= start:

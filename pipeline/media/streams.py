@@ -4,7 +4,7 @@ import io
 from typing import Any
 
 import av
-from av.stream import Discard
+from av.stream import Discard, Disposition
 from makeup_video.pipeline.media.codecs import APPLE_HEVC, MATROSKA
 from makeup_video.pipeline.media.input_file import VideoSource, is_cover, lacks_format
 
@@ -22,6 +22,14 @@ MP4_TAGS = {
 _QUICKTIME_LANGUAGES = {
     "fre": "fra", "deu": "ger", "nld": "dut", "swe": "sve", "zho": "chi", "ell": "gre",
     "isl": "ice", "ron": "rum", "slk": "slo", "ces": "cze", "msa": "may",
+}  # fmt: skip
+# What the containers cannot say of a stream; FFmpeg's muxers leave it out.
+_UNSAID = {
+    "mp4": Disposition.original,
+    "mov": Disposition.dub | Disposition.original | Disposition.comment | Disposition.forced
+    | Disposition.hearing_impaired | Disposition.visual_impaired | Disposition.descriptions,
+    "webm": Disposition.dub | Disposition.original | Disposition.comment
+    | Disposition.hearing_impaired | Disposition.visual_impaired,
 }  # fmt: skip
 _LEAST_TICKS = 10_000  # per second: of the coarsest clock of edit lists
 _USUAL_LAYOUTS = {1: "mono", 2: "stereo", 3: "2.1", 4: "quad", 5: "5.0", 6: "5.1", 8: "7.1"}
@@ -153,6 +161,15 @@ def _has_data(file: bytes) -> bool:
         return any(
             stream.type == "data" and getattr(stream, "name", None) for stream in container.streams
         )
+
+
+def lost_marks(stream: Any, container_format: str) -> str | None:
+    """A line for the marks of a stream, such as "forced", that the container cannot hold."""
+    lost = stream.disposition & _UNSAID.get(container_format, Disposition(0))
+    if not lost:
+        return None
+    names = ", ".join(str(mark.name).replace("_", " ") for mark in lost)
+    return f"{label_of(stream)}: {container_format} cannot mark it as {names}"
 
 
 def copy_stream(container: Any, stream: Any) -> Any:

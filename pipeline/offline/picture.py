@@ -130,6 +130,7 @@ def _write(
         untouched = stored if painted.shape == stored.shape else with_colour(stored)
         painted = side_by_side(untouched, painted, picture.orientation)
     metadata = _of_these_colours(_without_thumbnail(picture.metadata), painted, report)
+    report.conversions += picture.tags.conversions
     written = encode_picture(target.part, _fitting(painted, report), metadata)
     report.dropped += _lost_metadata(written, target.part, metadata)
     written, lost_tags = with_file_tags(written, codec, picture.tags)

@@ -4,9 +4,13 @@ from fractions import Fraction
 from itertools import pairwise
 from types import SimpleNamespace
 
+import av
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.pipeline.media.frame_times import FrameTimes
+from makeup_video.pipeline import process_video
+from makeup_video.pipeline.media.frame_times import FrameTimes, until_next
+from media import decoded, make_clip
 
 
 def times_for(pts, durations=None, dts=None, container="mp4"):
@@ -69,3 +73,32 @@ def test_after_a_repeated_time_the_clock_returns_to_the_files(before, again, ste
 def test_after_a_clock_begins_anew_pictures_keep_their_length():
     got, _ = times_for([9000, 9040, 0, 40, 80])
     assert got == [9000, 9040, 9080, 9120, 9160]
+
+
+@given(
+    pts=st.lists(st.integers(-500, 500), unique=True, min_size=1).map(sorted),
+    lengths=st.lists(st.integers(0, 600), min_size=100, max_size=100),
+    end=st.none() | st.integers(-600, 600),
+)
+def test_no_picture_is_shown_beyond_the_next_one(pts, lengths, end):
+    pictures = [SimpleNamespace(duration=length) for length in lengths[: len(pts)]]
+    got = list(until_next(zip(pictures, pts, strict=False), end))
+    assert [(picture, begin) for picture, begin, _ in got] == list(zip(pictures, pts, strict=False))
+    known = end is not None and end > pts[-1]
+    ends = [*pts[1:], end if known else pts[-1] + 600]
+    for (picture, begin, duration), until in zip(got, ends, strict=True):
+        assert duration == min(picture.duration, until - begin)
+
+
+@pytest.mark.parametrize("still_at", [20, 40, 57])
+@pytest.mark.parametrize("codec", ["h264", "hevc"])
+def test_a_picture_that_stands_still_makes_no_film_longer(tmp_path, codec, still_at):
+    """mp4 stores durations in the order of decoding, in which the next picture may be another."""
+    pts = [i if i < still_at else i + 150 for i in range(60)]
+    src = make_clip(tmp_path / "in.mp4", codec, pts=pts, options={"bf": "3"})
+    assert max(frame.duration for frame in decoded(src)) > 100 * 512
+    for end in (".mp4", ".mkv"):
+        report = process_video(src, tmp_path / f"out{end}")
+        assert float(report.media_seconds) == pytest.approx(7, abs=0.01)
+        with av.open(str(tmp_path / f"out{end}")) as container:
+            assert container.duration / 1e6 == pytest.approx(7, abs=0.04)

@@ -33,7 +33,9 @@ def run(src, dst, **settings):
 def test_audio_packets_are_bit_identical_and_in_time(tmp_path, start, end):
     src, dst = rich_clip(tmp_path / f"in{start}"), tmp_path / f"out{end}"
     report = run(src, dst)
-    assert report.converted == report.dropped == []
+    is_unsaid = end == ".mov" and start != ".mov"
+    assert report.converted == []
+    assert report.dropped == ["audio #2 (aac): mov cannot mark it as comment"] * is_unsaid
     for index in range(2):
         old, new = packets_of(src, "audio", index), packets_of(dst, "audio", index)
         assert [data for _, data in old] == [data for _, data in new]

@@ -1,5 +1,6 @@
 """Conversion of frames to layouts and sizes that the encoder accepts."""
 
+import av
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -42,11 +43,44 @@ def test_padding_repeats_the_edge_and_keeps_every_pixel(width, height, pix_fmt):
 
 @pytest.mark.parametrize(("pix_fmt", "codec"), [("yuvj420p", "vp9"), ("yuvj444p", "ffv1")])
 def test_a_full_range_layout_keeps_its_numbers(pix_fmt, codec):
-    frame = picture(2, 64, 48, pix_fmt)
-    out = ConvertPixelFormat(CODECS[codec])(frame)
+    frame, convert = picture(2, 64, 48, pix_fmt), ConvertPixelFormat(CODECS[codec])
+    out = convert(frame)
+    assert convert.conversions == convert.unasked == []
     assert out.color_range == 2 and not out.format.name.startswith("yuvj")
     for old, new in zip(plane_views(frame, 8), plane_views(out, 8), strict=True):
         np.testing.assert_array_equal(new, old)
+
+
+@pytest.mark.parametrize("pix_fmt", ["yuv420p", "yuvj420p", "yuv422p10le", "yuv444p12le"])
+def test_prores_gets_full_range_as_limited(pix_fmt):
+    frame, convert = picture(2, 64, 48, pix_fmt), ConvertPixelFormat(CODECS["prores"])
+    depth = bits_of(pix_fmt)
+    old = plane_views(frame, depth)[0] / 2 ** (depth - 8)
+    frame.color_range = 2
+    out = convert(frame)
+    assert out.color_range == 1
+    assert [line[:21] for line in convert.unasked][-1] == "range full -> limited"
+    new = plane_views(out, 10)[0] / 4
+    assert np.abs(new - (16 + old * 219 / 255)).max() < 1
+
+
+def test_prores_keeps_the_numbers_of_limited_range():
+    frame, convert = picture(2, 64, 48, "yuv422p10le"), ConvertPixelFormat(CODECS["prores"])
+    frame.color_range = 1
+    assert convert(frame) is frame and convert.conversions == []
+
+
+@pytest.mark.parametrize("pix_fmt", ["gbrp", "bgra", "rgb24", "rgb8", "pal8"])
+def test_rgb_becomes_the_h264_that_players_take(pix_fmt):
+    for depth in (None, 8):
+        convert = ConvertPixelFormat(CODECS["h264"], depth)
+        assert convert(av.VideoFrame(64, 48, pix_fmt)).format.name == "yuv420p"
+        assert convert.conversions == [
+            f"pixels {pix_fmt} -> yuv420p (few players take h264 of 4:4:4)"
+        ]
+    for codec, depth in (("h264", 10), ("hevc", None), ("ffv1", None)):
+        out = ConvertPixelFormat(CODECS[codec], depth)(picture(0, 64, 48, "gbrp"))
+        assert out.format.name.startswith("yuv444p")
 
 
 def test_a_deeper_layout_keeps_its_numbers_scaled():
@@ -58,7 +92,7 @@ def test_a_deeper_layout_keeps_its_numbers_scaled():
 
 def test_rgb_becomes_bt709_and_is_tagged_so():
     frame = picture(2, 64, 48, "gbrp")
-    out = ConvertPixelFormat(CODECS["h264"])(frame)
+    out = ConvertPixelFormat(CODECS["vp9"])(frame)
     assert (out.format.name, out.colorspace, out.color_range) == ("yuv444p", 1, 1)
     green, blue, red = (plane.astype(float) for plane in plane_views(frame, 8))
     want = 16 + 219 / 255 * (0.2126 * red + 0.7152 * green + 0.0722 * blue)

@@ -110,6 +110,25 @@ def test_no_frame_is_lost_wherever_the_keyframes_lie(tmp_path, name, group, star
     assert report.frames_out == len(want)
 
 
+@pytest.mark.parametrize("split", [None, Fraction(1, 60)])
+@pytest.mark.parametrize("group", ["250", "30"])
+@pytest.mark.parametrize("start", ["0.5", "4.9"])
+@pytest.mark.parametrize("first", [0, 2**33 - 90000, 2**33 - 3000 * 90])  # of a clock of 33 bits
+def test_a_stream_that_is_decoded_before_0_loses_no_frame(tmp_path, first, start, group, split):
+    src = make_clip(
+        tmp_path / "in.ts", pts=[first + 3000 * i for i in range(150)],
+        time_base=Fraction(1, 90000), options={"g": group, "bf": "3"},
+        container_options={"mpegts_copyts": "1", "avoid_negative_ts": "disabled"},
+    )  # fmt: skip
+    with av.open(str(src)) as container:
+        assert next(container.demux(video=0)).dts < 0
+    settings = Settings(start_seconds=Fraction(start), end_seconds=Fraction(5), split_minutes=split)
+    report = process_video(src, tmp_path / "out.mkv", None, settings)
+    assert report.frames_out == 150 - Fraction(start) * 30 and report.converted == []
+    kept = decoded(src)[-report.frames_out].to_ndarray().astype(int)
+    assert abs(kept - decoded(tmp_path / "out.mkv")[0].to_ndarray()).mean() < 3
+
+
 @pytest.mark.parametrize("codec", ["h264", "hevc"])
 def test_an_open_group_of_pictures_loses_no_leading_frame(tmp_path, codec):
     options = {

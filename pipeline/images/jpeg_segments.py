@@ -1,0 +1,81 @@
+"""The segments of a JPEG file: ITU-T T.81, annex B, and ICC.1:2022, annex B.4."""
+
+import re
+import struct
+from collections.abc import Iterator
+from itertools import takewhile
+
+JPEG_MARK = b"\xff\xd8"
+COMMENT = 0xFE
+APP1, APP2 = 0xE1, 0xE2
+# A marker, before which there may be fill bytes; 00 and D0 to D7 stand within coded pixels.
+_MARKER = re.compile(rb"\xff+([^\x00\xd0-\xd7\xff])")
+_END = 0xD9
+_APPS = range(0xE0, 0xF0)
+_FRAMES = set(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}  # the markers with size and components
+_COMPONENTS_AT = 5  # in the content of such a segment
+_MOST_BYTES = 65533  # of a segment's content
+_PROFILE = b"ICC_PROFILE\0"
+_PROFILE_HEAD = len(_PROFILE) + 2  # its number, counted from 1, and how many there are
+_PROFILE_BYTES = _MOST_BYTES - _PROFILE_HEAD
+_MOST_PARTS = 255
+
+
+def segments(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """(marker, content) of each segment; the last one, `_END`, has what lies behind the picture.
+
+    A file that is damaged or cut short has the segments before the damage.
+    """
+    at = len(JPEG_MARK)
+    while found := _MARKER.search(data, at):
+        marker, begin = found[1][0], found.end()
+        if marker == _END:
+            yield marker, data[begin:]
+            return
+        at = begin + int.from_bytes(data[begin : begin + 2], "big")
+        if not begin + 2 <= at <= len(data):
+            return
+        yield marker, data[begin + 2 : at]
+
+
+def segment(marker: int, content: bytes) -> bytes:
+    return struct.pack(">BBH", 0xFF, marker, len(content) + 2) + content
+
+
+def behind_picture(data: bytes) -> bytes:
+    """What lies behind the end of the picture: a gain map, other pictures, a movie."""
+    return next((content for marker, content in segments(data) if marker == _END), b"")
+
+
+def is_cmyk(data: bytes) -> bool:
+    """True for a picture of four components."""
+    frames = (content for marker, content in segments(data) if marker in _FRAMES)
+    frame = next(frames, b"")
+    return frame[_COMPONENTS_AT : _COMPONENTS_AT + 1] == b"\x04"
+
+
+def icc_profile(data: bytes) -> bytes:
+    """The ICC profile, of all its segments; b"" where there is none."""
+    parts = [
+        content[len(_PROFILE) :]
+        for marker, content in segments(data)
+        if marker == APP2 and content.startswith(_PROFILE)
+    ]
+    return b"".join(part[2:] for part in sorted(parts))  # a part begins with its number
+
+
+def with_icc_profile(data: bytes, profile: bytes) -> bytes:
+    """A JPEG file with a profile, behind all other data of applications.
+
+    A profile of more than 255 segments is left out.
+    """
+    starts = range(0, len(profile), _PROFILE_BYTES)
+    if len(starts) > _MOST_PARTS:
+        return data
+    blocks = [
+        segment(APP2, _PROFILE + bytes([number, len(starts)]) + profile[at : at + _PROFILE_BYTES])
+        for number, at in enumerate(starts, 1)
+    ]
+    before = takewhile(lambda one: one[0] in _APPS, segments(data))
+    at = len(JPEG_MARK) + sum(len(segment(*one)) for one in before)
+    return data[:at] + b"".join(blocks) + data[at:]
