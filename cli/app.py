@@ -96,4 +96,6 @@ def group(
         ),
     ] = False,
 ) -> None:
-    """Paint the makeup of a look on every frame of a video; what else is in it stays."""
+    """Paint the makeup of a look on every frame of a video. Everything else stays as it was as far
+    as the output's format can hold it: audio, timing, rotation, colour tags, subtitles, chapters.
+    What it cannot hold is named in a line."""

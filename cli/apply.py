@@ -89,7 +89,9 @@ def apply(
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Paint a look on the faces of a video or a picture; what else is in it stays."""
+    """Paint a look on the faces of a video or a picture. Everything else stays as it was as far as
+    the output's format can hold it: audio, timing, rotation, colour tags, subtitles, chapters.
+    What it cannot hold is named in a line."""
     # the pipeline takes a third of a second to import: not for --help
     from makeup_video.cli.main import mark_output_whole
     from makeup_video.cli.many import NewFolders, name_outputs, print_outcomes

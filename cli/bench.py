@@ -21,7 +21,7 @@ EXAMPLES = (
     "makeup-video bench",
     "makeup-video bench talk.mp4 --sizes 720p --rounds 3",
     "makeup-video bench --live --length 10",
-    "makeup-video bench --against old/.venv/bin/python",
+    "makeup-video bench --against old/bin/python",
 )
 
 
@@ -89,7 +89,7 @@ def bench(
         typer.Option(
             "--length",
             metavar="MINUTES",
-            help="Also measure a video of this length.",
+            help="Also measure a video of this length; with --live: the minutes of the live run.",
             rich_help_panel=MEASUREMENTS,
         ),
     ] = 0.0,

@@ -96,6 +96,8 @@ def estimate(
             print_result(json.dumps(described, indent=2) + "\n")
         else:
             _print(parts, {KINDS[kind].part: read.certainty(kind) for kind in read.worn})
+    if output is not None:
+        log(f"{output}: look file written")
     if look.is_bare:
         log(f"{photo}: no makeup was found, the look is bare")
 

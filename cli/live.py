@@ -99,7 +99,7 @@ def live(
         list[str] | None,
         typer.Option(
             metavar="URL",
-            help="Send to rtmp://, srt:// or udp://; may be repeated.",
+            help="Send to rtmp://, rtmps://, srt:// or udp://; may be repeated.",
             rich_help_panel=OUTPUT,
         ),
     ] = None,

@@ -116,7 +116,7 @@ class Changes:
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Zone of the eyeshadow: {zone}.",
+            help="Where the eyeshadow goes, in a look with one eyeshadow: {zone}.",
             rich_help_panel=LOOK,
         ),
     ] = None

@@ -4,7 +4,7 @@ import json
 from typing import Annotated
 
 import typer
-from makeup_video.cli.console import print_result
+from makeup_video.cli.console import log, print_result
 from makeup_video.cli.options import OUTPUT, Debug, Overwrite, PrintJson
 from makeup_video.cli.outcome import report_errors
 
@@ -51,6 +51,7 @@ def looks(
 
         with LookFile(output, ready.path, None, overwrite=overwrite) as file:
             file.write(ready.look.to_dict())
+    log(f"{output}: look file written")
 
 
 def _list(as_json: bool) -> str:

@@ -165,6 +165,7 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
     def _rows(self, quiet: bool) -> Iterator[WantedLook]:
         """The looks of the catalogue's rows."""
         from makeup_video.cli.many import some_of
+        from makeup_video.pipeline.look.kinds import PARTS
         from makeup_video.pipeline.look.named import looks_of_catalogue
         from makeup_video.pipeline.look.options import parse_finish, parse_parts
 
@@ -173,9 +174,21 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
         finish = None if self.finish is None else parse_finish(self.finish)
         parts = () if self.parts is None else parse_parts(self.parts)
         others: Counter[str] = Counter()
+        unknown: Counter[str] = Counter()
         found = looks_of_catalogue(
-            self.catalogue, self.where or (), finish, parts, lambda kind: others.update([kind])
+            self.catalogue,
+            self.where or (),
+            finish,
+            parts,
+            lambda kind: others.update([kind]),
+            lambda kind: unknown.update([kind]),
         )
+        if unknown and not quiet:
+            log(
+                f"{self.catalogue}: {unknown.total()} of {others.total() + len(found)} rows "
+                f"painted on the {next(iter(PARTS))}, since their category names no part: "
+                f"{some_of(list(unknown))}"
+            )
         if others and not quiet:
             out, rows = others.total(), others.total() + len(found)
             log(

@@ -9,7 +9,7 @@ from makeup_video.cli.options import COLOUR, DEFAULT
 from makeup_video.cli.outcome import as_typed, join_words, with_help_pages
 
 _FEW = 3  # commands that a message names
-_ALIKE = 0.7  # of difflib: --top is not taken for --output
+_ALIKE = 0.7  # of difflib, without the hyphens: --foo is not taken for --look
 # by the first word of the type of pydantic's error
 _KINDS = {"int": "a whole number", "float": "a number"}
 
@@ -108,8 +108,9 @@ def _unknown_option(option: str, ctx: Any, command: str) -> tuple[str, list[str]
     params = ctx.command.get_params(ctx)
     if command == DEFAULT:  # its page lists the options of the group, too
         params += ctx.find_root().command.params
-    meant = get_close_matches(option, _options(params), 1, _ALIKE)
-    return (f"{text}: did you mean {meant[0]}?" if meant else text), [command]
+    names = {name.lstrip("-"): name for name in _options(params)}
+    meant = get_close_matches(option.lstrip("-"), names, 1, _ALIKE)
+    return (f"{text}: did you mean {names[meant[0]]}?" if meant else text), [command]
 
 
 def _options(params: Iterable[Any]) -> list[str]:

@@ -1,7 +1,7 @@
 """Every error that the product raises on purpose.
 
     MakeupVideoError                 exit code 1
-    ├── InstallError   (RuntimeError)          1   a file of the package is missing or changed
+    ├── InstallError   (RuntimeError)          1   a file, extra or program is missing or changed
     ├── TooLittleMemoryError (MemoryError)     1   a memory limit is below what the run needs
     ├── WorkerError    (RuntimeError)          1   a process or machine that did the work is gone
     ├── UsageError     (ValueError)            2   options that do not fit together

@@ -136,12 +136,14 @@ def test_the_wheel_carries_every_source_file(tmp_path):
         assert list((ROOT / folder).glob("*.py")), folder
         place = package.replace(".", "/")
         for path in (ROOT / folder).iterdir():
-            if path.suffix in (".py", ".cl", ".h", ".onnx", ".json") or path.name == "py.typed":
+            kept = (".py", ".cl", ".h", ".onnx", ".json", ".csv")
+            if path.suffix in kept or path.name == "py.typed":
                 assert f"{place}/{path.name}" in names
     for folder in ("pipeline/weights", "web/page"):
         for path in (ROOT / folder).iterdir():
             assert f"makeup_video/{folder}/{path.name}" in names
-    assert "makeup_video/training/faces/lip_contours.json" in names
+    for name in ("lip_contours.json", "shut_eyes.csv"):
+        assert f"makeup_video/training/faces/{name}" in names
 
 
 def test_test_files_and_names_stay_short_enough_to_read():

@@ -48,6 +48,8 @@ def open_table(
         raise  # some are OSErrors, but none is of this file
     except UnicodeDecodeError as error:
         raise fault(f"{path}: {kind} cannot be read: not UTF-8 text; {AS_UTF8}") from error
+    except FileNotFoundError as error:
+        raise fault(f"{path} does not exist: give {kind} (CSV) on this machine") from error
     except OSError as error:
         raise fault(f"{path}: {kind} cannot be read: {error.strerror}") from error
 

@@ -76,10 +76,10 @@ def look_in_words(look: Look) -> str:
 
 
 def part_in_words(look: Look, kind: str) -> str:
-    """What a look has of one kind: "#5A3A2E (lid), matte, opaque and #C08A5A (crease)"; empty for
+    """What a look has of one kind: "#5A3A2E (lid), matte, opaque + #C08A5A (crease)"; empty for
     nothing."""
     layers = look.of(kind)
-    return " and ".join(layer_in_words(layer, with_place=len(layers) > 1) for layer in layers)
+    return " + ".join(layer_in_words(layer, with_place=len(layers) > 1) for layer in layers)
 
 
 def layer_in_words(layer: Layer, with_place: bool = False) -> str:

@@ -69,6 +69,7 @@ def looks_of_catalogue(
     finish: str | None = None,
     parts: Sequence[str] = (),
     on_left_out: Callable[[str], object] = lambda kind: None,
+    on_unknown: Callable[[str], object] = lambda kind: None,
 ) -> list[NamedLook]:
     """A look for each row of a catalogue: its colour and its finish on the part that it is for.
 
@@ -78,6 +79,8 @@ def looks_of_catalogue(
     parts: those to paint; empty: every row counts. A row that may be for several parts is for the
     first of them in the order of PARTS.
     on_left_out: called for each row of a product for no part, such as a mascara, with what it is.
+    on_unknown: the same for each row that goes to the first of all parts because no word of its
+    category is known, such as a pencil.
     Raises UsageError for a condition, CatalogueError naming file, line and fault.
     """
     conditions = [_condition(text) for text in where]
@@ -92,6 +95,8 @@ def looks_of_catalogue(
             fitting = [part for part in row.shade.parts if not parts or part in parts]
             if fitting:
                 looks.append(_look_of(row, fitting[0], finish))
+                if row.kind and len(fitting) == len(PARTS):
+                    on_unknown(row.kind)
             elif not row.shade.parts:
                 others[row.kind] += 1
                 on_left_out(row.kind)

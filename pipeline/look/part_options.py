@@ -51,12 +51,13 @@ def parse_share(text: str, what: str) -> float:
     """A share from "0.8" or "80%".  what: begins the message.  Raises UsageError."""
     number = number_of(text)
     if number is None or not 0 <= number <= 1:
-        is_percent = number is not None and 1 < number <= 100 and "%" not in text
+        # not 1.2, by which somebody means more than all
+        is_percent = number is not None and 10 <= number <= 100 and "%" not in text
         meant = ""
         if is_percent:
             meant = f": did you mean {text.strip()}%?"
         elif number is not None and number > 1:
-            meant = ": 100% is the most"
+            meant = ": 1 (100%) is the most"
         raise UsageError(
             f"{what} must be a number in 0..1 or a percentage such as 80%, got {text!r}{meant}"
         )

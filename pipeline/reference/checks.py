@@ -50,8 +50,10 @@ def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
         for face in faces:
             if face.track_id == int(chosen):
                 return face
+        found = "faces" if len(faces) > 1 else "face"
         raise PhotoError(
-            f"there is no face {chosen}; there are {face_list(faces)}: choose one of them"
+            f"there is no face {chosen} in the photo; it has {found} {face_list(faces)}: choose "
+            f"{'one of them' if len(faces) > 1 else 'that one'}"
         )
     rivals = [face for face in faces if width_px(face) > BYSTANDER * width_px(faces[0])]
     if len(rivals) > 1 and chosen != "largest":

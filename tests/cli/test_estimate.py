@@ -87,6 +87,7 @@ def test_every_layer_is_printed_with_its_place_and_strength(folder, reads):
 def test_a_real_photo_is_read_and_saved_as_a_look_that_paints(folder):
     done = run(PHOTO, "-o", "look.json")
     assert done.exit_code == 0, done.output
+    assert "look.json: look file written\n" in done.stderr
     look = Look.load("look.json")
     assert look == look_from_photo(PHOTO)
     if look.lips is not None:
@@ -177,7 +178,7 @@ def test_a_patch_of_the_colour_is_shown_on_a_terminal_only(folder, settings, col
         (["two.png"], 3, "SeveralFacesError: two.png: one face was expected, 2 were found"),
         (["two.png"], 3, "or --ref-face largest; there are 0 at ("),
         (["two.png"], 3, "; to see them: makeup-video inspect two.png -o seen.png"),
-        (["two.png", "--ref-face", "2"], 3, "there is no face 2; there are 0 at"),
+        (["two.png", "--ref-face", "2"], 3, "there is no face 2 in the photo; it has faces 0 at"),
         (["two.png", "--ref-face", "left"], 2, "UsageError: --ref-face must be largest"),
         (["two.png", "--catalogue", "none.csv"], 2, "CatalogueError: none.csv"),
         (["two.png", "--catalogue", "two.png"], 2, "CatalogueError: two.png"),

@@ -35,7 +35,7 @@ def test_a_look_is_printed_and_written_as_a_look_file(folder, one):
     printed = run("looks", one.name)
     assert printed.exit_code == 0 and Look.from_dict(json.loads(printed.stdout)) == one.look
     done = run("looks", one.name, "-o", "mine.json")
-    assert (done.exit_code, done.output) == (0, "")
+    assert (done.exit_code, done.output) == (0, "mine.json: look file written\n")
     assert Look.load("mine.json") == one.look
     assert (folder / "mine.json").read_text() == printed.stdout
 

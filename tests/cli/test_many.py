@@ -8,7 +8,7 @@ import pytest
 from command_line import LOOK, run
 from makeup_video.cli.looks_options import LooksOptions, WantedLook
 from makeup_video.cli.many import name_outputs, print_outcomes, some_of, titled
-from makeup_video.pipeline import Look, OutputError, Report, UsageError
+from makeup_video.pipeline import KINDS, Look, OutputError, Report, UsageError, product
 from people import SAMPLES, clip, film
 from typer import Exit
 
@@ -91,6 +91,13 @@ def test_options_change_the_rows_that_they_are_for(folder, words):
     done = run("in.jpg", "--catalogue", "shades.csv", *words, "-o", "{shade}.jpg")
     assert done.exit_code == 0, done.stderr
     assert sorted(path.stem for path in folder.glob("*.jpg")) == sorted((*kinds, "in"))
+    options = LooksOptions(catalogue="shades.csv", zone="outer", intensity="50%", finish="satin")
+    layers = [one for row in options.wanted(quiet=True) for one in row.load(True).layers]
+    assert [layer.kind for layer in layers] == list(kinds)
+    changed = [one for one in layers if one.shape == {"slot": "outer"} and one.strength == 0.5]
+    assert changed == [layer for layer in layers if layer.kind == "eyeshadow"]
+    for layer in layers:
+        assert layer.product == product("#B4602E", "satin", KINDS[layer.kind].part)
 
 
 def test_an_option_for_eyes_needs_a_row_for_eyes(folder):
@@ -114,6 +121,15 @@ def test_rows_that_are_left_out_are_told_unless_quiet(folder):
         assert done.exit_code == 0 and (folder / "P-Dusk.jpg").exists()
         line = "shades.csv: 2 of 4 rows left out, since they are for no part that is painted: "
         assert (line + "mascara and nail\n" in done.stderr) == (not quiet)
+
+
+def test_rows_that_go_to_the_lips_unasked_are_told(folder):
+    (folder / "shades.csv").write_text(TABLE + "C,P,pencil,Black,#000000\nC,P,,Rose,#F0A0A0\n")
+    for quiet in ([], ["-q"]):
+        done = run("in.jpg", "--catalogue", "shades.csv", "-o", "{shade}.jpg", "-y", *quiet)
+        assert done.exit_code == 0 and (folder / "Black.jpg").exists()
+        line = "shades.csv: 1 of 4 rows painted on the lips, since their category names no part: "
+        assert (line + "pencil\n" in done.stderr) == (not quiet)
 
 
 def looks_named(*names):

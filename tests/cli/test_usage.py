@@ -32,6 +32,7 @@ def folder(tmp_path, monkeypatch):
         (["in.mp4", "--colr", "B02"], "--colr: did you mean --color?", "makeup-video --help"),
         (["estimate", "a.jpg", "--jsn"], "did you mean --json?", "makeup-video estimate --help"),
         (["in.mp4", "--helpp"], "did you mean --help?", "makeup-video --help"),
+        (["in.mp4", "--foo"], "has no option --foo.", "makeup-video --help"),
         (["in.mp4", "--qqqq"], "has no option --qqqq.", "makeup-video --help"),
         (
             ["in.mp4", "--port", "1"],

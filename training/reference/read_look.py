@@ -131,6 +131,10 @@ def look_with(numbers: Mapping[str, np.ndarray], zone: str) -> Look:
 
 
 def paper_look(rgb8: np.ndarray, nets: Mapping[str, Net], zone: str = "lid") -> Look | None:
-    """The look of a photo's largest face; None when there is no face."""
+    """The look of a photo's largest face as the paper reads it: by these nets alone.
+
+    rgb8: (H, W, 3) uint8, sRGB. nets: see nets_of. zone: of the eyeshadow, which no net tells. None
+    when there is no face. The product's own reading is pipeline/reference/estimate.py.
+    """
     seen = see(rgb8)
     return None if seen is None else look_seen(seen, nets, zone)

@@ -11,7 +11,7 @@ from threading import Condition, Event, Thread
 from typing import Any
 
 import av
-from makeup_video.pipeline.errors import InputError, MakeupVideoError
+from makeup_video.pipeline.errors import InputError, MakeupVideoError, option
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.sources.freshness import Freshness
 from makeup_video.pipeline.live.sources.input_devices import input_devices, packets_of
@@ -320,9 +320,12 @@ def _system() -> str:
 
 
 def _no_camera(name: str | None, reason: str) -> str:
-    names = devices_found()
-    found = f"found: {', '.join(names)}" if names else "no camera was found on this machine"
-    problem = f"the camera {name} cannot be opened" if name else "no camera can be opened"
+    names, video = devices_found(), f"or play a video with {option('camera', 'FILE')}"
+    if not names:
+        tried = f"the camera {name} cannot be opened ({reason}), and " if name else ""
+        return f"{tried}no camera was found on this machine: plug one in, {video}"
+    tried = f"the camera {name} cannot" if name else "no camera can"
     return (
-        f"{problem} ({reason}; {found}): plug one in and name it, or give a video file in its place"
+        f"{tried} be opened ({reason}; found: {', '.join(names)}): name another with "
+        f"{option('camera', 'NAME')}, {video}"
     )

@@ -72,8 +72,13 @@ def load_look(name: str) -> Look:
         return ready_look(name).look
     if name.lower().endswith(PHOTO_ENDINGS) and os.path.exists(name):
         raise LookError(f"{name} is a photo and no look file: use {option('ref', name)}")
-    if _is_there(name) or not name or name.lower().endswith(".json"):
+    if _is_there(name) or not name:
         return Look.load(name)
+    if name.lower().endswith(".json"):
+        raise LookError(
+            f"{name} does not exist: give a look file, or the name of a ready look (`makeup-video "
+            "looks`)"
+        )
     names = [one.name for one in ready_looks()]
     raise LookError(f"there is no look file and no ready look {name!r}{_instead(name, names)}")
 

@@ -68,9 +68,15 @@ def test_each_mistake_is_one_line_with_its_place(tmp_path, data, words):
     assert caught.value.exit_code == 2
 
 
-@pytest.mark.parametrize("name", ["none.csv", "."])
-def test_a_file_that_cannot_be_read_says_so(tmp_path, name):
-    with pytest.raises(CatalogueError, match="a catalogue cannot be read"):
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("none.csv", r"none\.csv does not exist: give a catalogue \(CSV\) on this machine"),
+        (".", "a catalogue cannot be read"),
+    ],
+)
+def test_a_file_that_cannot_be_read_says_so(tmp_path, name, words):
+    with pytest.raises(CatalogueError, match=words):
         read_catalogue(tmp_path / name)
 
 

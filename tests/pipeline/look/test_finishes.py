@@ -72,7 +72,7 @@ def test_a_look_in_words_names_every_layer_and_what_is_bare():
     lips = Look([layer_of("lipstick", finish="gloss")])
     assert look_in_words(lips) == "lips #B4002E, glossy, opaque; eyes bare"
     assert look_in_words(Look([dark, light, layer_of("blush", finish="sheer")])) == (
-        "lips bare; eyes #5A3A2E (brow bone, 80%), matte, opaque and #FFDAB9 (lid), matte, opaque; "
+        "lips bare; eyes #5A3A2E (brow bone, 80%), matte, opaque + #FFDAB9 (lid), matte, opaque; "
         "blush #B4002E, sheer, very light coverage"
     )
     assert (place_in_words(light), place_in_words(layer_of("blush"))) == ("", "")

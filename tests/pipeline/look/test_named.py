@@ -43,6 +43,17 @@ def test_rows_of_what_is_not_painted_are_told(table):
     assert left_out == ["eyebrow"]
 
 
+def test_rows_of_an_unknown_category_are_told(table):
+    """Those with no category at all, such as Coral, are as the manual says."""
+    table.write_text(TABLE.replace("eyeliner", "pencil").replace("lustre", ""))
+    told = []
+    looks = looks_of_catalogue(table, on_unknown=told.append)
+    assert told == ["pencil"]
+    assert [one.look.kinds for one in looks if one.shade == "Night"] == [("lipstick",)]
+    looks_of_catalogue(table, parts=["liner"], on_unknown=told.append)  # the caller's choice
+    assert told == ["pencil"]
+
+
 def test_the_finish_of_a_row_counts_unless_one_is_given(table):
     berry, plum = looks_of_catalogue(table, ["brand=rosa", "category=lipstick"]) + (
         looks_of_catalogue(table, ["shade=PLUM"])

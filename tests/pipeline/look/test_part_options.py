@@ -139,3 +139,12 @@ def test_a_colour_is_read_back_from_its_digits(rgb, hashed, upper):
 )
 def test_a_share_is_a_number_or_a_percentage(text, share):
     assert parse_share(text, "--strength") == share
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("10", "did you mean 10%"), ("1.2", r"1 \(100%\) is the most"), ("120%", r"1 \(100%\)")],
+)
+def test_a_percentage_is_suggested_from_ten_on(text, words):
+    with refused(UsageError, f"got '{text}': {words}"):
+        parse_share(text, "--strength")

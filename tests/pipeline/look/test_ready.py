@@ -82,7 +82,7 @@ def test_a_file_of_the_same_name_comes_first(tmp_path, monkeypatch):
     [
         ("caty-eye", "there is no look file and no ready look 'caty-eye': did you mean cat-eye? Ready"),
         ("xyz", "there is no look file and no ready look 'xyz'; ready looks are berry, cat-eye,"),
-        ("look.json", "look.json: a look file cannot be read: No such file or directory"),
+        ("look.json", "look.json does not exist: give a look file, or the name of a ready look (`makeup-video looks`)"),
         ("", "the name of the look file is empty: give one"),
     ],
 )  # fmt: skip

@@ -109,8 +109,12 @@ def test_a_small_face_in_the_background_is_ignored():
 def test_no_face_and_a_number_that_is_not_there_are_refused():
     with pytest.raises(PhotoError, match="no face was found: give a photo that shows one upright"):
         estimate_look(grey())
-    with pytest.raises(PhotoError, match="there is no face 3; there are 0 at"):
+    with pytest.raises(
+        PhotoError, match=r"no face 3 in the photo; it has face 0 at .*: choose that"
+    ):
         choose_face([face()], "3")
+    with pytest.raises(PhotoError, match=r"it has faces 0 at .*; 0 at .*: choose one of them"):
+        choose_face([face(), face()], "3")
 
 
 @pytest.mark.parametrize("chosen", ["x", -1, 1.0, "-1", "1.0", "all", "²", "12345678901"])

@@ -32,9 +32,17 @@ def test_only_files_of_this_machine_are_played(name):
         Camera(CameraSettings(name=name), pytest.fail)
 
 
-def test_without_a_camera_the_error_lists_what_was_tried(monkeypatch):
+def test_without_a_camera_the_error_offers_to_play_a_video(monkeypatch):
     monkeypatch.setattr(device, "devices_found", list)
-    with pytest.raises(InputError, match=r"no camera was found.*give a video file in its place"):
+    with pytest.raises(
+        InputError, match=r"^no camera was found on this machine: plug one in, or"
+    ) as caught:
+        Camera(CameraSettings(), pytest.fail)
+    assert "or play a video with camera='FILE'" in str(caught.value)
+    monkeypatch.setattr(device, "devices_found", lambda: ["/dev/video99"])
+    with pytest.raises(
+        InputError, match=r"no camera can be opened \(.*found: /dev/video99\): name"
+    ):
         Camera(CameraSettings(), pytest.fail)
 
 
