@@ -32,32 +32,50 @@ def runner(items, sink):
     return Runner(("source", (item for item in items)), [], ("sink", sink))
 
 
+def items_after(event, count):
+    """Items that come once the event is set, however busy the machine is."""
+    assert event.wait(20)
+    yield from range(count)
+
+
 def our_threads():
     return [t for t in threading.enumerate() if t.name.startswith("makeup-")]
 
 
 def test_ticks_report_what_reached_the_sink():
     counts = []
-    runner(range(30), Sink(slow_seconds=0.01)).run(counts.append, tick_seconds=0.02)
-    assert len(counts) > 3 and counts == sorted(counts) and counts[-1] <= 30
+
+    def items():
+        yield from range(30)
+        while len(counts) <= 3:
+            time.sleep(0.005)
+
+    runner(items(), Sink()).run(counts.append, tick_seconds=0.01)
+    assert counts == sorted(counts) and counts[-1] <= 30
 
 
 def test_nothing_is_reported_while_the_sink_finishes():
-    sink, late = Sink(slow_seconds=0.01), []
-    runner(range(5), sink).run(lambda done: late.append(sink.is_finishing), tick_seconds=0.01)
+    sink, late, ticked = Sink(slow_seconds=0.01), [], threading.Event()
+
+    def tick(done):
+        late.append(sink.is_finishing)
+        ticked.set()
+
+    runner(items_after(ticked, 5), sink).run(tick, tick_seconds=0.01)
     assert late and not any(late)
     assert sink.finished == ["whole"]
 
 
 def test_the_sink_waits_for_the_last_report():
-    sink = Sink()
+    sink, ticking = Sink(), threading.Event()
 
     def tick(done):
+        ticking.set()
         time.sleep(0.05)  # meanwhile all items reach the sink
         raise OSError("terminal gone")
 
     with pytest.raises(OSError, match="terminal gone"):
-        runner(range(3), sink).run(tick, 0.0)
+        runner(items_after(ticking, 3), sink).run(tick, 0.0)
     assert sink.finished == []
 
 
