@@ -129,8 +129,9 @@ class ChildProcess:
             died = _Died(self._why_it_died())
             if (process.exitcode or 0) > 0:  # an error, such as that it started processes itself
                 died = _Died(
-                    "a process that paints ended while it imported the script that calls: put the "
-                    'call under `if __name__ == "__main__":`'
+                    f"a process that paints ended with exit code {process.exitcode} before it "
+                    "began: see the error above, and in a script put the call under "
+                    '`if __name__ == "__main__":`'
                 )
                 died.serves_never = True
             raise died from None

@@ -145,17 +145,23 @@ def _tags_of_jpeg(data: bytes) -> FileTags:
 
 
 def _lost_behind(data: bytes) -> tuple[str, ...]:
-    """A line for the gain map, further pictures or the movie that follow a picture in its file."""
-    size = len(behind_picture(data).strip(b"\0"))
-    if size < _LEAST_BYTES:
+    """A line for what follows a picture in its file: a gain map, further pictures, a movie, or data
+    of a phone."""
+    rest = behind_picture(data).strip(b"\0")
+    if len(rest) < _LEAST_BYTES:
         return ()
     has_gain_map = any(
         (marker == APP2 and content.startswith(_GAIN_MAP))
         or (marker == APP1 and _ADOBE_GAIN_MAP in content)
         for marker, content in segments(data)
     )
-    name = "gain map of HDR" if has_gain_map else "further pictures or a movie"
-    return (f"{name}: {size / 1e3:.1f} kB behind the picture, which is written alone",)
+    if has_gain_map:
+        name = "gain map of HDR"
+    elif JPEG_MARK + b"\xff" in rest or b"ftyp" in rest:
+        name = "further pictures or a movie"
+    else:
+        name = "data of the camera"
+    return (f"{name}: {len(rest) / 1e3:.1f} kB behind the picture, which is written alone",)
 
 
 def _chunk(name: bytes, content: bytes) -> bytes:

@@ -95,6 +95,7 @@ class Decoder:
         self._last = Fraction(0), 0  # of the last frame: its time in the clip, its length in ticks
         self._context = _decoder_context(source, threads)
         self._times = FrameTimes(source)
+        self._beyond_pts: int | None = None  # of the first picture after the trim's end
         self._jumps = ClockJumps(source)
         self._early: set[tuple[int, int]] = set()  # packets that were copied before the seek
         self._ended: set[int] = set()
@@ -113,7 +114,10 @@ class Decoder:
             seek_before(self.source, self._context, self.trim.start)
         base = self._base
         for picture, pts, duration in until_next(self._pictures(), _track_end(self.source)):
-            yield from self._kept(self.trim(picture, pts * base, duration * base))
+            kept = self.trim(picture, pts * base, duration * base)
+            if self.trim.is_past_end and self._beyond_pts is None:
+                self._beyond_pts = pts
+            yield from self._kept(kept)
         yield from self._kept(self.trim.finish())
         self.finish()
 
@@ -270,7 +274,8 @@ class Decoder:
             return expected
         origin = self.source.start_seconds
         end = min(expected / rate, trim.end - origin) if trim.end is not None else expected / rate
-        return max(0, round((end - (trim.start - origin if trim.start else 0)) * rate))
+        start = origin if trim.start is None else trim.start
+        return max(0, round((end - (start - origin)) * rate))
 
     def _account(self) -> None:
         """Count what the container promised and the file did not hold."""
@@ -310,8 +315,8 @@ class Decoder:
         start, source, times = self.trim.start, self.source, self._times
         if times.last_pts is None or self.stats.decode_errors:
             return
-        if self.trim.is_past_end and self.trim.end is not None:
-            first = times.last_pts * source.time_base - source.start_seconds
+        if self._beyond_pts is not None and self.trim.end is not None:
+            first = self._beyond_pts * source.time_base - source.start_seconds
             raise UsageError(
                 f"{option('end_seconds')} {float(self.trim.end - source.start_seconds):g} s is "
                 f"before the first frame: {source.path} has frames from {float(first):.2f} s on; "

@@ -96,7 +96,7 @@ def test_a_script_that_calls_unguarded_is_told_so_once(tmp_path):
         [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, check=False
     )
     assert run.stderr.splitlines()[-1].endswith(
-        'the script that calls: put the call under `if __name__ == "__main__":`'
+        'in a script put the call under `if __name__ == "__main__":`'
     )
     assert (tmp_path / "begun").read_text() == "once once "
 

@@ -112,6 +112,12 @@ def test_what_lies_behind_the_picture_is_named(tmp_path, block, name, end):
         process_video(src, tmp_path / f"strict{end}", None, Settings(strict=True))
 
 
+def test_data_of_a_camera_behind_the_picture_is_named(tmp_path):
+    src = photo(tmp_path / "in.jpg", INDEX, behind=b"Image_UTC_Data1753" * 9 + b"SEFT")
+    (line,) = process_video(src, tmp_path / "out.jpg").dropped
+    assert line.startswith("data of the camera: 0.2 kB behind the picture")
+
+
 @pytest.mark.parametrize("behind", [b"", bytes(5000), b"\r\n"])
 def test_padding_behind_the_picture_is_no_loss(tmp_path, behind):
     src = photo(tmp_path / "in.jpg", INDEX, behind=behind)

@@ -194,7 +194,7 @@ def test_an_excerpt_before_the_first_picture_says_so(tmp_path):
         tone(out, sound, 2.0)
         encode_frames(out, video, range(45, 60))
     with pytest.raises(
-        UsageError, match=r"end_seconds 1 s is before the first frame: .* from 1\.5"
+        UsageError, match=r"end_seconds 1 s is before the first frame: .* from 1\.50 s on"
     ):
         process_video(src, tmp_path / "out.mp4", settings=Settings(end_seconds=1))
 
