@@ -17,7 +17,13 @@ from typing import ClassVar
 import cv2
 import numpy as np
 from makeup_video.kernels.program import Device
-from makeup_video.kernels.shares import CHART_HEIGHT, CHART_ROWS, EyesToLay, ShareKernel
+from makeup_video.kernels.shares import (
+    CHART_HEIGHT,
+    CHART_ROWS,
+    FAINTEST,
+    EyesToLay,
+    ShareKernel,
+)
 from makeup_video.kernels.surface import (
     LID_CURVES,
     LID_HW,
@@ -53,7 +59,6 @@ _FOLD = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
 _LOWER_LASHES = np.arange(9)
 _LASH_FEATHER, _LEAST_FEATHER_PX = 0.025, 1.2  # away from a lash line; of the eye's width
 _LIT = slice(8 * LID_LIT[0], 8 * LID_LIT[1])  # columns that light is read for
-_FAINTEST = 1 / 512
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
 _DEEP_SHADE = 2.2  # a lid darker than a fifth of the face lies in the shade, or behind glass
 # Forehead, chin; outer and inner corners of both eyes.
@@ -181,7 +186,7 @@ class LidSurface:
         np.minimum(there, 1, out=there)
         np.multiply(there, dense, out=out)
         # also removes what lies beyond the lashes
-        cv2.threshold(out, _FAINTEST, 0, cv2.THRESH_TOZERO, out)
+        cv2.threshold(out, FAINTEST, 0, cv2.THRESH_TOZERO, out)
 
     def _covered(self, feather_px: float) -> np.ndarray | np.float32:
         """What is added to the weight between the lash lines: for each column, (48,) float32, or

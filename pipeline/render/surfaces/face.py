@@ -28,6 +28,7 @@ from makeup_video.kernels.face import (
     FaceToRead,
 )
 from makeup_video.kernels.program import Device
+from makeup_video.kernels.shares import FAINTEST
 from makeup_video.kernels.surface import GridPlace
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import (
@@ -47,7 +48,6 @@ from makeup_video.pipeline.render.surfaces.face_points import fit_points, fit_ta
 from makeup_video.pipeline.render.surfaces.surface import Charts, Laid
 
 _NARROWEST_PX = 8  # IOD
-_FAINTEST = 1 / 512
 _EIGHTH_BITS = 3  # OpenCV takes corners of polygons in eighths of a px
 
 # Closed contours: where a face has no skin.
@@ -154,7 +154,7 @@ class FaceSurface:
         only on what is seen and looks like skin."""
         weight, _ = self._weight(density)
         there = self.grid.warped(weight, origin_xy, out.shape, 0.0)
-        cv2.threshold(there, _FAINTEST, 0, cv2.THRESH_TOZERO, out)
+        cv2.threshold(there, FAINTEST, 0, cv2.THRESH_TOZERO, out)
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
         """Luminance on the grid -> the broad light on the grid, and its mean over the cheeks.
@@ -186,7 +186,7 @@ class FaceSurface:
             weight: np.ndarray = self.visible * self.likeness
             if density is not None:
                 weight *= density
-            self.weights[id(density)] = density, weight, box_of(weight > _FAINTEST)
+            self.weights[id(density)] = density, weight, box_of(weight > FAINTEST)
         _, weight, box = self.weights[id(density)]
         return weight, box
 
