@@ -240,7 +240,7 @@ def jobs_of(
     skin_px = iod_px(scene.face)
     for group in groups:
         region = REGIONS[group.region]
-        amount, lits = region.amount(scene.face), region.lit(item, scene, reader)
+        amount, lits = region.amount(scene), region.lit(item, scene, reader)
         if amount <= 0 or not lits:
             continue
         parts = _lines(lits, group) if group.is_line else _areas(lits, group, amount, reader.device)

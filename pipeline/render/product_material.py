@@ -34,6 +34,7 @@ from makeup_video.pipeline.render.scene import SceneLight
 _SDR_CEILING, _HDR_CEILING = 1.0, 4.0  # in units of diffuse white
 _MOST_GLOSS = 1e4  # as good as infinite
 _GLINT = 0.6  # light of the synthetic highlight at gloss 1
+_METAL = 1.0  # how much more of it a metal has
 _OWN = 2.2  # gain of the lips' own highlights at gloss 1
 _DENSEST = 0.6  # share of cells with a sparkle at shimmer 1: with more they would show their grid
 _SPARKLE = 1.8
@@ -206,7 +207,9 @@ def _mixed(params: GraphicsParams) -> _Mixed:
     # a broad highlight is a weaker one: the same light over more of the surface
     sheen = 1 / (1 + 6 * params.gloss_roughness**2)
     tint = hue + silver * (1 - hue)
-    metal = 1 + params.shimmer * params.shimmer_tint * (hue - 1)  # metals colour what they mirror
+    metallic = params.shimmer * params.shimmer_tint
+    metal = 1 + metallic * (hue - 1)  # metals colour what they mirror, and mirror more of it
+    metal *= 1 + _METAL * metallic
     glint = metal * _GLINT * sheen * (1 - params.gloss_detail)
     sparkle = (_DEEP + (1 - _DEEP) * pale) * tint
     return _Mixed(*(tuple(light.tolist()) for light in (product, tint, sparkle, glint)))

@@ -28,6 +28,8 @@ class SceneLight:
     environment: (16, 16, 3) float32, linear light that a mirror held before the face would show:
     the frame, much reduced; rows and columns as in the stored picture.
     skin: luminance of the bare face under this light, linear; 0 when it is not known.
+    under_eyes: luminance of the skin right under the eyes, of the brighter side, as a share of
+    `skin`, more than 0: far less where dark glasses hide the eyes; 1 when it is not known.
     veil_colour, veil_share: the colour, as `colour`, and the share of the strength, 0..1, of the
     light that soft veils are painted in. On skin that is darker and warmer than pale skin they
     share some of that. None: as `colour`.
@@ -38,6 +40,7 @@ class SceneLight:
     direction: np.ndarray
     environment: np.ndarray
     skin: float = 0.0
+    under_eyes: float = 1.0
     veil_colour: np.ndarray | None = None
     veil_share: float = 1.0
 

@@ -38,8 +38,8 @@ class _Room:
 
 @dataclass(slots=True)
 class _Track:
-    """The light of one face as 12 numbers: log strength, log colour, direction, log light of its
-    skin, and log share and log colour of its light for veils."""
+    """The light of one face as 13 numbers: log strength, log colour, direction, log light of its
+    skin, log share of that under its eyes, and log share and log colour of its light for veils."""
 
     reading: int  # the slot of time when it was read last
     last_seconds: float
@@ -105,14 +105,14 @@ def _read(face: Face, frame: Frame, optics: Optics, room: _Room) -> list[float]:
 
 
 def _light(state: list[float], optics: Optics, room: np.ndarray) -> SceneLight:
-    strength, *logs, x, y, z, skin, veil_share, veil_red, veil_green, veil_blue = state
+    strength, *logs, x, y, z, skin, under_eyes, veil_share, veil_red, veil_green, veil_blue = state
     colour = _colour(logs, optics)
     veil_colour = _colour([veil_red, veil_green, veil_blue], optics)
     length = math.hypot(x, y, z)
     numbers = colour, (x / length, y / length, z / length), veil_colour
     rgb, direction, veil_rgb = np.array(numbers, np.float32)
-    share = math.exp(veil_share)
-    return SceneLight(rgb, math.exp(strength), direction, room, math.exp(skin), veil_rgb, share)
+    skin, under_eyes, share = (math.exp(log) for log in (skin, under_eyes, veil_share))
+    return SceneLight(rgb, math.exp(strength), direction, room, skin, under_eyes, veil_rgb, share)
 
 
 def _colour(logs: list[float], optics: Optics) -> list[float]:

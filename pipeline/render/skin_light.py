@@ -76,6 +76,9 @@ TRIANGLES = np.array([
 ]).reshape(-1, 3)  # fmt: skip
 SKIN_POINTS, _CORNERS = np.unique(TRIANGLES, return_inverse=True)
 _CORNERS = np.ascontiguousarray(_CORNERS.reshape(-1, 3).T)  # (3, T): a, b, c in SKIN_POINTS
+# Skin right under the eyes, which glasses cover: of both eyes.
+_UNDER_EYES = np.array([228, 229, 230, 231, 232, 448, 449, 450, 451, 452])
+_READ_POINTS = np.concatenate([SKIN_POINTS, _UNDER_EYES])
 # Of the samples by luminance: below are beard, hair, shadow and frames of glasses, above
 # highlights.
 _BAND = 0.35, 0.85
@@ -116,6 +119,7 @@ class _Skin:
 
     log: (3,) typical linear light in sRGB's primaries. trust: how far its colour counts, 0 to 1.
     luminance: (N,) linear, at SKIN_POINTS. usual: its median. inside: (N,) in the picture.
+    under_eyes: linear luminance there, of the brighter side; None out of the picture.
     """
 
     log: np.ndarray
@@ -123,6 +127,7 @@ class _Skin:
     luminance: np.ndarray
     usual: float
     inside: np.ndarray
+    under_eyes: float | None
 
 
 def skin_of(frame: Frame, points_px: np.ndarray) -> np.ndarray | None:
@@ -186,7 +191,7 @@ def _codes(frame: Frame, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def read_face(face: Face, frame: Frame, optics: Optics, room_log: np.ndarray) -> np.ndarray:
-    """The light on a face from this frame alone: 12 numbers, as scene_light keeps them.
+    """The light on a face from this frame alone: 13 numbers, as scene_light keeps them.
 
     room_log: what `log_mean` gives of the frame.
     """
@@ -196,34 +201,51 @@ def read_face(face: Face, frame: Frame, optics: Optics, room_log: np.ndarray) ->
     if skin is None:
         light = _sane(_FROM_ROOM @ off, 1.0, optics)
         veil = np.append(0.0, light[1:])
-        return np.concatenate([light, expected, [light[0] + _USUAL_SKIN], veil])
+        return np.concatenate([light, expected, [light[0] + _USUAL_SKIN, 0.0], veil])
     gain = _FROM_SKIN @ (skin.log - SKIN_MEAN) + _FROM_ROOM_TOO @ off
     light = _sane(gain, skin.trust, optics)
     direction = _direction(face.points_px, skin, expected)
     usual = math.log(max(skin.usual, _BLACK))
+    under_eyes = 0.0
+    if skin.under_eyes is not None:
+        under_eyes = math.log(max(skin.under_eyes, _BLACK)) - usual
     veil = _veil(skin, gain, optics)
-    return np.concatenate([light, direction, [usual], veil])
+    return np.concatenate([light, direction, [usual, under_eyes], veil])
 
 
 def _read_skin(points_px: np.ndarray, frame: Frame, optics: Optics) -> _Skin | None:
     """None when too little of the face is in the picture."""
-    xy = points_px[SKIN_POINTS, :2]
+    xy = points_px[_READ_POINTS, :2]
     size = np.array((frame.width_px, frame.height_px))
-    inside = np.all((xy > -0.5) & (xy < size - 0.5), axis=1)  # NaN is outside
+    there = np.all((xy > -0.5) & (xy < size - 0.5), axis=1)  # NaN is outside
+    inside = there[: len(SKIN_POINTS)]
     seen = np.count_nonzero(inside)
     if seen < _ENOUGH:
         return None
-    if seen < len(inside):
-        xy = np.where(inside[:, None], xy, xy[inside][0])
+    if not there.all():
+        xy = np.where(there[:, None], xy, xy[: len(inside)][inside][0])
     at = np.rint(xy).astype(np.intp)
     light = optics.decode(_codes(frame, at[:, 0], at[:, 1]))
-    luminance = light @ optics.luminance
+    luminances = light @ optics.luminance
+    luminance = luminances[: len(inside)]
     order = np.argsort(luminance)
     if seen < len(inside):
         order = order[inside[order]]
     band = order[int(_BAND[0] * seen) : int(_BAND[1] * seen)]
     log, trust = _typical(light[band], optics)
-    return _Skin(log, trust, luminance, float(luminance[order[seen // 2]]), inside)
+    under_eyes = _under_eyes(luminances[len(inside) :], there[len(inside) :])
+    return _Skin(log, trust, luminance, float(luminance[order[seen // 2]]), inside, under_eyes)
+
+
+def _under_eyes(luminance: np.ndarray, inside: np.ndarray) -> float | None:
+    """Of the brighter side, the second brightest point right under the eye: frames of clear glasses
+    may cover some of them.
+
+    luminance, inside: (10,), linear, at _UNDER_EYES.
+    """
+    if not inside.all():
+        return None
+    return max(sorted(side)[-2] for side in luminance.reshape(2, -1).tolist())
 
 
 def _typical(light: np.ndarray, optics: Optics) -> tuple[np.ndarray, float]:

@@ -60,6 +60,8 @@ _LOWER_LASHES = np.arange(9)
 _LASH_FEATHER, _LEAST_FEATHER_PX = 0.025, 1.2  # away from a lash line; of the eye's width
 _LIT = slice(8 * LID_LIT[0], 8 * LID_LIT[1])  # columns that light is read for
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
+# Log luminance of the skin under the eyes beside the face's: behind dark glass, and seen.
+_BEHIND_GLASS = -1.1, -0.6
 _DEEP_SHADE = 2.2  # a lid darker than a fifth of the face lies in the shade, or behind glass
 # Forehead, chin; outer and inner corners of both eyes.
 _CORNERS = np.array([10, 152, EYE[0], EYE[8], RIGHT_EYE[0], RIGHT_EYE[8]])
@@ -311,8 +313,11 @@ class EyesRegion:
     def lit(self, item: FrameScene, scene: FaceScene, reader: Reader) -> tuple[Lit, ...]:
         return scene.regions.get("eyes", ())
 
-    def amount(self, face: Face) -> float:
-        return 1.0
+    def amount(self, scene: FaceScene) -> float:
+        """None on dark glasses: there the skin right under the eyes is dark as well."""
+        hidden, seen = _BEHIND_GLASS
+        share = (math.log(scene.light.under_eyes) - hidden) / (seen - hidden)
+        return min(max(share, 0.0), 1.0)
 
     def shade(self, light: SceneLight, mean: float) -> float:
         """Lids are skin: where they are darker than the face, less light falls on them.

@@ -84,7 +84,7 @@ class FaceRegion:
             reader.kept[key], surface = kept, kept.surface
         return (Lit(surface, kept.shading, scene.light.skin or kept.mean),)
 
-    def amount(self, face: Face) -> float:
+    def amount(self, scene: FaceScene) -> float:
         return 1.0
 
     def shade(self, light: SceneLight, mean: float) -> float:

@@ -202,8 +202,8 @@ class LipsRegion:
     def lit(self, item: FrameScene, scene: FaceScene, reader: Reader) -> tuple[Lit, ...]:
         return scene.regions.get("lips", ())
 
-    def amount(self, face: Face) -> float:
-        return face.mouth_weight
+    def amount(self, scene: FaceScene) -> float:
+        return scene.face.mouth_weight
 
     def shade(self, light: SceneLight, mean: float) -> float:
         return 1.0

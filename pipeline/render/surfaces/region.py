@@ -50,7 +50,7 @@ class Region(Protocol):
         """The surfaces that are seen, and the light on them, on the unpainted frame."""
         ...
 
-    def amount(self, face: Face) -> float:
+    def amount(self, scene: FaceScene) -> float:
         """How much of a product is shown, 0..1: less while the region is half hidden."""
         ...
 

@@ -38,7 +38,8 @@ def test_every_colour_in_every_finish_is_a_product(rgb, finish, part):
 def test_finishes_are_ordered_as_their_names_say(part):
     by_finish = {name: FINISHES[name][part] for name in FINISHES}
     assert by_finish["matte"]["gloss"] == 0 and by_finish["matte"]["reflection"] == 0
-    assert max(by_finish, key=lambda name: by_finish[name]["gloss"]) == "gloss"
+    plain = [name for name in FINISHES if not by_finish[name]["shimmer"]]
+    assert max(plain, key=lambda name: by_finish[name]["gloss"]) == "gloss"
     assert min(by_finish, key=lambda name: by_finish[name]["opacity"]) == "sheer"
     assert max(by_finish, key=lambda name: by_finish[name]["shimmer"]) == "shimmer"
     assert max(by_finish, key=lambda name: by_finish[name]["shimmer_tint"]) == "metallic"

@@ -180,7 +180,7 @@ def test_a_scaled_surface_lies_on_the_scaled_picture(kind):
 @any_kind
 def test_light_and_amount_of_a_region_are_shares(kind):
     face, region = close_up_scene().faces[0], REGIONS[KINDS[kind].surface]
-    assert 0 <= region.amount(face.face) <= 1
+    assert 0 <= region.amount(face) <= 1
     for lit in lit_of(face):
         assert 0 < region.shade(face.light, lit.mean) <= 1
 
