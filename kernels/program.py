@@ -147,6 +147,7 @@ class Device:
         # A CPU works in our memory; other devices may work in a copy.
         self.shares_memory = bool(device.type & cl.device_type.CPU)
         self._made: dict[Any, Any] = {}
+        self._has_saved = False
         self._kernels: dict[tuple[str, int, np.dtype], Any] = {}
         self._programs: dict[tuple[str, int, np.dtype, tuple[int, int], Definitions], Any] = {}
 
@@ -222,7 +223,8 @@ class Device:
         program = load_binary(self.context, file)
         if program is None:
             program = self._compiled(source, options)
-            save_binary(program, file)
+            if not self._has_saved:  # all at once would take as long as the first run
+                self._has_saved = save_binary(program, file)
         return program
 
     def _compiled(self, source: str, options: list[str]) -> Any:

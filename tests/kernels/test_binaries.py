@@ -55,6 +55,17 @@ def test_what_was_built_twice_is_loaded(folder, compiled):
     assert kept(folder) == [file]
 
 
+def test_a_process_saves_one_of_its_programs(folder, compiled):
+    """To save all of them takes as long as to build them the first time."""
+    options = 13, 16, 18
+    for saved in (0, 1, 2, 3, 3):
+        device = Device()
+        for transfer in options:
+            device.program("add.cl", transfer, BYTES)
+        assert sum(file.stat().st_size > 0 for file in kept(folder)) == saved
+    assert len(compiled) == 3 + 3 + 2 + 1
+
+
 def test_another_source_or_option_is_built_anew(folder, compiled, monkeypatch):
     assert adds_three() and adds_three()
     Device().program("add.cl", 16, BYTES)
