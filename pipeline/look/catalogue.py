@@ -122,8 +122,8 @@ def read_catalogue(path: str | os.PathLike[str]) -> Catalogue:
 def rows_of(path: str | os.PathLike[str]) -> Iterator[Row]:
     """The rows of a CSV file (UTF-8, at most 200 MB) with columns brand, product, shade, hex.
 
-    The columns category, product_type and type tell which parts a product is for. Other columns
-    are ignored.
+    The columns category, product_type and type name the parts that a product is for. Other
+    columns are ignored.
     Cells are separated by commas, or by semicolons where line 1 has no comma. Rows whose cells are
     all blank do not count. Raises CatalogueError naming file, line and fault.
     """

@@ -1,4 +1,4 @@
-"""Looks with names, as several looks for one film have them: from files, or rows of a catalogue."""
+"""Looks with names, as several looks of one video have them: from files, or catalogue rows."""
 
 import glob
 import os
@@ -174,5 +174,5 @@ def numbered(names: Sequence[str]) -> list[str]:
 
 
 def _file_of(name: str) -> str:
-    """What tells two names of files apart: some disks do not tell A from a."""
+    """What distinguishes two names of files: some disks do not distinguish A from a."""
     return in_name(name).casefold()

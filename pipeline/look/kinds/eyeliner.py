@@ -24,10 +24,15 @@ _FINISHES = {
 _OPEN = 0.36  # an open eye's height, of its width: a blink leaves the line as thick as it was
 _OVER = 0.03  # of the width: how far the line reaches over the lash line, where the lashes grow
 _SLIM = 1.7  # power by which a wing thins to its tip: 1 is a triangle
+# Of the width: how round a wing is where it begins, below the outer corner of an open eye.
+_ROUND, _LEAST_ROUND = 0.15, 1e-3
 _FULL_WING = 0.08  # thickness from which on a wing is as high as the lid's rise lets it be
 # Where the upper line ends; and over how much it thins there, by its thickness, at least and at
 # most; of the eye's width.
 _END, _THINS, _LEAST_THINNING, _MOST_THINNING = 1.04, 1.6, 0.06, 0.2
+# A wing, from this length on, takes over from the upper line, which would be a barb below it: the
+# line then ends here. A lower line of this length meets both in the corner.
+_LONG, _END_AT_WING = 0.1, 0.94
 _THINNED = -1e3  # px: no line at all
 _SHORTEST_PX = 0.01  # of a wing, so that none divides by zero
 _LOWER = 0.6  # thickness of the lower line by that of the upper one
@@ -38,10 +43,14 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     thick = shape["thickness"] * _OPEN
     over = min(_OVER, 0.5 * thick)
     over_px = over * at.width_px
-    upper, lower = _columns(at.across.tobytes(), thick, over, shape["lower"])
-    strokes = [_along(at.above_px, over_px, _thickness_px(upper, at))]
+    upper, before_wing, lower = _columns(at.across.tobytes(), thick, over, shape["lower"])
     if shape["wing"] > 0 and thick > 0:
-        strokes.append(_wing(at, shape, strokes[0], over_px, thick * at.width_px))
+        free = _opened(at) * max(1 - shape["lower"] / _LONG, 0)
+        upper = upper + min(shape["wing"] / _LONG, 1) * free * (before_wing - upper)
+        line = _along(at.above_px, over_px, _thickness_px(upper, at))
+        strokes = [line, _wing(at, shape, line, over_px, thick * at.width_px, free)]
+    else:
+        strokes = [_along(at.above_px, over_px, _thickness_px(upper, at))]
     if shape["lower"] > 0:
         strokes.append(_along(at.below_px, 0.5 * over_px, _thickness_px(lower, at)))
     smudge = shape["softness"] * (0.5 + product.edge_softness) * 2
@@ -52,9 +61,9 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
 @lru_cache(maxsize=16)
 def _columns(
     across: bytes, thick: float, over: float, lower: float
-) -> "tuple[np.ndarray, np.ndarray]":
-    """(48,) each: thickness of the upper and of the lower line in every column of a grid, in widths
-    of the eye; 0 for no line.
+) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+    """(48,) each: thickness of the upper line, of one that a wing takes over from, and of the lower
+    line, in every column of a grid, in widths of the eye; 0 for no line.
 
     across: of EyeFields, float32.
     """
@@ -64,9 +73,12 @@ def _columns(
     # thin at the inner corner, full from the middle of the eye on
     here = thick * (0.15 + 0.85 * np.clip(at * 1.25, 0, 1)) + over
     thins = min(max(_THINS * thick, _LEAST_THINNING), _MOST_THINNING)
-    upper = here * rise(at, 0.08, 0.16) * fall(at, _END - thins / 2, thins)
+    here = here * rise(at, 0.08, 0.16)
+    upper, before_wing = (here * fall(at, end - thins / 2, thins) for end in (_END, _END_AT_WING))
     reach = rise(at, max(1 - lower, 0.16), 0.25) * fall(at, 1.0, 0.06)
-    return upper.astype(np.float32), (_LOWER * thick * reach).astype(np.float32)
+    lines = upper, before_wing, _LOWER * thick * reach
+    first, second, third = (line.astype(np.float32) for line in lines)
+    return first, second, third
 
 
 def _thickness_px(columns: "np.ndarray", at: EyeFields) -> "np.ndarray":
@@ -82,11 +94,30 @@ def _along(away_px: "np.ndarray", over_px: "np.ndarray", thick_px: "np.ndarray")
     return Stroke(above, thick_px - above)
 
 
+def _opened(at: EyeFields) -> "np.ndarray":
+    """(N, 1, 1) float32: 1 for an open eye, 0 for a shut one."""
+    import numpy as np
+
+    open_px = -(at.above_px + at.below_px).min((1, 2), keepdims=True)
+    opened: np.ndarray = open_px / (0.5 * _OPEN * at.width_px)
+    return np.minimum(np.maximum(opened, 0, out=opened), 1, out=opened)
+
+
 def _wing(
-    at: EyeFields, shape: Shape, line: Stroke, over_px: "np.ndarray", thick_px: "np.ndarray"
+    at: EyeFields,
+    shape: Shape,
+    line: Stroke,
+    over_px: "np.ndarray",
+    thick_px: "np.ndarray",
+    free: "np.ndarray",
 ) -> Stroke:
     """A slim triangle: its lower side runs from the outer corner to the tip, its upper side from
-    the tip back to the upper border of the line, so that both are one stroke."""
+    the tip back to the upper border of the line, so that both are one stroke. Where it begins it is
+    round, unless a lower line meets it there, or the eye is shut, and its lower side goes on from
+    the lash line.
+
+    free: (N, 1, 1) float32, 1 where it is round.
+    """
     import numpy as np
 
     wide_px, length, angle = at.width_px, shape["wing"], math.radians(shape["wing_angle"])
@@ -100,8 +131,8 @@ def _wing(
     beside_px += over_px
     above = along * wide_px
     above -= back
-    np.minimum(above, beside_px, out=above)
-    np.minimum(above, line.above, out=above)
+    round_px = np.maximum(_ROUND * free, _LEAST_ROUND) * wide_px
+    np.minimum(above, _rounded(beside_px, line.above, round_px), out=above)
     share = wide_px / np.maximum(length * wide_px - back, _SHORTEST_PX)
     below = left * share**_SLIM
     np.minimum(below, 1, out=below)
@@ -109,6 +140,25 @@ def _wing(
     below -= beside_px
     below += beyond
     return Stroke(above, below)
+
+
+def _rounded(a: "np.ndarray", b: "np.ndarray", wide: "np.ndarray") -> "np.ndarray":
+    """The smaller of two numbers, less where both are alike: two straight borders then meet in a
+    round corner (the polynomial smooth minimum of Quilez).
+
+    wide: how far the numbers are apart where the corner ends.
+    """
+    import numpy as np
+
+    alike = a - b
+    np.abs(alike, out=alike)
+    np.subtract(wide, alike, out=alike)
+    np.maximum(alike, 0, out=alike)
+    alike *= alike
+    alike *= 0.25 / wide
+    rounded: np.ndarray = np.minimum(a, b)
+    rounded -= alike
+    return rounded
 
 
 @lru_cache(maxsize=16)

@@ -1,4 +1,4 @@
-"""What a surface of the face tells a kind of makeup: where each place of it lies on the face.
+"""What a surface of the face gives a kind of makeup: where each place of it lies on the face.
 
 Arrays are float32 and may be broadcast against each other to (N, H, W): the places on the grids of
 N surfaces of one sort, such as both eyes.
