@@ -1,4 +1,4 @@
-"""Write the README's screenshot of `makeup-video live` on the sample film with a ready look.
+"""Write the README's screenshot of `makeup-video live` on the sample video with a ready look.
 
     python docs/make/make_live_picture.py
 

@@ -40,8 +40,9 @@ class Measurements:
     def bench(self, clip: Path | None = None, seconds: float | None = None) -> Bench:
         options = self.options
         return Bench(
-            clip or SAMPLES / "in.mp4", self.folder, self.look, seconds or options.seconds,
-            options.rounds, log=log, photo=SAMPLES / "look.jpg",
+            clip or SAMPLES / "in.mp4", self.folder, self.look,
+            seconds=seconds or options.seconds, rounds=options.rounds,
+            log=log, photo=SAMPLES / "look.jpg",
         )  # fmt: skip
 
     def whole(self) -> dict[str, Any]:
@@ -110,10 +111,10 @@ def parse_arguments() -> argparse.Namespace:
     )
     parser.add_argument("--sizes", default="720p,1080p,2160p")
     parser.add_argument("--resolutions", default="360p,540p,720p,1080p,1440p,2160p")
-    parser.add_argument("--seconds", type=float, default=20, help="length of the films")
+    parser.add_argument("--seconds", type=float, default=20, help="length of the videos")
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--long-height", type=int, default=360, help="height of the long films")
-    parser.add_argument("--hour", action="store_true", help="also measure a film of an hour")
+    parser.add_argument("--long-height", type=int, default=360, help="height of the long videos")
+    parser.add_argument("--hour", action="store_true", help="also measure a video of an hour")
     parser.add_argument("--peer", type=Path, help="Python of the peer's environment")
     parser.add_argument(
         "--results", type=Path, default=Path("runs/performance.json"), help="JSON of all results"

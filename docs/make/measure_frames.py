@@ -1,6 +1,6 @@
 """Measures what frames in memory cost: the table of docs/python.md.
 
-    python docs/make/measure_frames.py [FILM] [ROUNDS]
+    python docs/make/measure_frames.py [VIDEO] [ROUNDS]
 
 CPU time of this process, all its threads, in ms a frame; the ways are measured in turn.
 """
@@ -42,7 +42,7 @@ def stages_ms(film: str, look: object) -> float:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("film", metavar="FILM", nargs="?", default="samples/in.mp4")
+    parser.add_argument("film", metavar="VIDEO", nargs="?", default="samples/in.mp4")
     parser.add_argument("rounds", metavar="ROUNDS", nargs="?", type=int, default=3)
     options = parser.parse_args()
     film = options.film

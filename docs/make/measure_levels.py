@@ -83,7 +83,7 @@ Shown = tuple[FrameFaces, np.ndarray]
 
 
 def measure(film: Path) -> list[Level]:
-    """Run all levels on a film, frame by frame, and return them with their results."""
+    """Run all levels on a video, frame by frame, and return them with their results."""
     levels = [Level(number) for number in QualityLevel]
     films = (pictures(film) for _ in range(len(levels) + 1))
     for number, pictures_now in enumerate(zip(*films, strict=True)):

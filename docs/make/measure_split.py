@@ -1,4 +1,4 @@
-"""Print the table of docs/scale.md: CPU time of a film in one run, and in segments.
+"""Print the table of docs/scale.md: CPU time of a video in one run, and in segments.
 
 python docs/make/measure_split.py [--seconds 20] [--rounds 2]
 """

@@ -1,7 +1,7 @@
 """Measure the peer: what a skilled user would write with MediaPipe's Face Mesh and OpenCV.
 
 The peer paints lips and eyeshadow on BGR frames in one loop and encodes as `makeup-video bench`
-does. It runs in turn with the bare codec loop and the product, on the same film:
+does. It runs in turn with the bare codec loop and the product, on the same video:
 
     python3.11 -m venv peer && peer/bin/pip install mediapipe==0.10.21 av
     peer/bin/python docs/make/peer_mediapipe.py --product .venv/bin/makeup-video [CLIP]
@@ -45,7 +45,7 @@ LIDS = (
     [33, 246, 161, 160, 159, 158, 157, 173, 133, 243, 190, 56, 28, 27, 29, 30, 247, 130],
     [263, 466, 388, 387, 386, 385, 384, 398, 362, 463, 414, 286, 258, 257, 259, 260, 467, 359],
 )
-# Runs in the product's environment. Arguments: clip, film to write, height, frames.
+# Runs in the product's environment. Arguments: clip, video to write, height, frames.
 MAKE_FILM = (
     "import sys; from pathlib import Path; from makeup_video.benchmark.films import make_film; "
     "clip, film, height, frames = sys.argv[1:]; "
@@ -122,7 +122,7 @@ def loop(film: Path, target: Path, threads: tuple[int, int], change=None) -> dic
 
 
 def ours(product: Path, film: Path, target: Path, ref: Path) -> dict[str, float]:
-    """Run the real command. Its report times the same span as the loops, from opening the film."""
+    """Run the real command. Its report times the same span as the loops, from opening the video."""
     report = target.with_suffix(".json")
     command = [product, film, "--ref", ref, "-o", target, "--report", report, "-q", "-y"]
     command += ["--codec", "h264", "--preset", OPTIONS["preset"], "--crf", OPTIONS["crf"]]
@@ -201,7 +201,7 @@ def parse_arguments() -> argparse.Namespace:
         help="photo with the look that makeup-video paints",
     )
     parser.add_argument(
-        "--sizes", default="720p,1080p", help="heights of the film; the face fills half of each"
+        "--sizes", default="720p,1080p", help="heights of the video; the face fills half of each"
     )
     parser.add_argument("--seconds", type=float, default=10)
     parser.add_argument("--rounds", type=int, default=3)

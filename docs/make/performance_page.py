@@ -68,7 +68,8 @@ def _whole(clips: Mapping[str, Mapping[str, Any]], folder: Path) -> str:
     parts = []
     for results in clips.values():
         sizes = list(results["sizes"])
-        command = f"    makeup-video bench CLIP --sizes {','.join(sizes)}\n"
+        options = f"--sizes {','.join(sizes)} --rounds {results['rounds']}"
+        command = f"    makeup-video bench CLIP {options}\n"
         parts += [f"### {results['clip']}\n", command, _goals(results["sizes"])]
         parts += [f"{title}:\n\n{_table(head, rows)}" for title, head, rows in tables(results)]
     return "\n".join(parts)
@@ -146,12 +147,12 @@ def _length(films: Sequence[Mapping[str, Any]], folder: Path) -> str:
     speed.set_ylabel("frames/s, start included")
     longest = max(films, key=lambda film: film["minutes"])
     seconds, size_mb = zip(*longest["memory"], strict=True)
-    label = f"a film of {longest['minutes']:.3g} minutes"
+    label = f"a video of {longest['minutes']:.3g} minutes"
     done_minutes = [longest["minutes"] * second / seconds[-1] for second in seconds]
     memory.plot(done_minutes, size_mb, color=_OURS, label=label)
     memory.set_ylim(0)
     memory.set_ylabel("memory, MB")
-    _finish(figure, (speed, memory), "minutes of film", folder / PICTURES[2])
+    _finish(figure, (speed, memory), "minutes of video", folder / PICTURES[2])
     rows = [
         (
             f"{film['minutes']:.3g}",

@@ -38,7 +38,7 @@ PAPER_TRIPLETS = {"BeautyGAN": (0.123, 0.371, 0.093), "CA-GAN": (0.085, 0.304, 0
                   "the paper": (0.083, 0.283, 0.060)}  # fmt: skip
 _RANGES = {"red": "0 to 255", "green": "0 to 255", "blue": "0 to 255", "gloss": "0 to 4"}
 _METHODS = {
-    PRODUCT: "the whole product, not told what is worn, and where",
+    PRODUCT: "the whole product (which makeup is worn, and where, is not given)",
     TRUE: "the true parameters (the best possible)",
     MEAN: "mean colour moved",
     SOURCE: "source unchanged",
@@ -219,23 +219,24 @@ nets do: find the face, read the light, cut the crop, estimate seven parameters,
 others from the nearest finish. People are drawn so that all skin tones that occur are about
 equally frequent; none of them is labelled as made up.
 
-The tables measure the nets by themselves, told what is worn, and where. The product uses the
-finish that they tell, and measures colours on the photo. What it reads, not told what is worn, and
-where, stands beside the nets under [Triplets](#triplets). On renders it reads worse than its nets,
-because it was made for real photographs ([decisions](decisions/reference.md)). It takes most of
-what sets a photo's skin apart from typical skin for exposure, while in these renders it is the
-person's. And it calls many drawn eyeshadows bare, and lipsticks that are close to bare lips: its
-thresholds let one bare real face in seven pass. Gloss is told by highlights, as on real
-photographs; in renders the net knows it better.
+The tables measure the nets by themselves: they are given which makeup is worn, and where. The
+product takes only the finish from these nets and measures colours on the photo. The rows *the whole
+product* under [Triplets](#triplets) show what it reads when nothing is given. On renders it reads
+worse than its nets, because it was made for real photographs
+([decisions](decisions/reference.md)). It takes most of the difference between a photo's skin and
+typical skin for exposure, while in these renders the skin itself differs. It also calls many
+painted eyeshadows bare, and lipsticks that are close to bare lips, because its thresholds let only
+one bare real face in seven pass as made up. It judges gloss by highlights, as on real photographs;
+on renders the net judges gloss better.
 
-## Goals
+### Goals
 
 CIEDE2000 compares the look that was read with the true look. Both are painted on the same other,
 bare person, and the painted pixels are compared.
 
 {reach(results)}
 
-## Error of each parameter
+### Error of each parameter
 
 The table gives the mean absolute error. Colours count where opacity is at least {COLOUR_SEEN:g},
 because a sheerer product shows little of its colour. The paper's figures are from a table that is
@@ -249,7 +250,7 @@ error 1.42, any positive value) has no counterpart here.
 
 
 def _triplets(results: Results) -> str:
-    return f"""## Triplets
+    return f"""### Triplets
 
 A triplet is a photo of a person who wears the look, a photo of another, bare person, and that bare
 person with the same look as the truth. The wearers are one half of the test people, the bare people
@@ -275,14 +276,14 @@ in the photo, so a shadow or a coloured lamp affects it.
 
 {by_kind(ours, results.more, "tone")}
 """ if results.more else ""  # fmt: skip
-    return f"""## Extreme colours
+    return f"""### Extreme colours
 
 Blue, green, black, white and yellow products with opacity 0.6 to 1. Their other parameters are
 drawn like those of real products.
 
 {by_kind(ours, results.extremes, "colour")}
 
-## Skin tones
+### Skin tones
 
 The rows are skin tones of the wearer (individual typology angle of the cheeks), for people of the
 validation and test sets. The validation people were monitored during training, but no net was
@@ -293,13 +294,13 @@ trained on them. Some rows have very few people.
 
 
 def _end(results: Results) -> str:
-    return f"""## Nets
+    return f"""### Nets
 
 Size of the weights, time of one crop, and the measures above on the same triplets.
 
 {nets_table(results)}
 
-## Pictures
+### Pictures
 
 A look is painted on a reference, read from that photo saved as JPEG {TEST_QUALITY}, and painted on
 another picture, beside the truth. Lipsticks go from Grace Hopper to Eileen Collins. Hopper's lids
