@@ -23,6 +23,7 @@ _DAY_SECONDS = 86400
 # Names of PoCL's temporary files. PoCL makes one without a suffix at its start, and leaves it.
 _TEMPORARY = re.compile(r"tempfile_\w{6}(\.[\w.-]+)?")
 _own: list[str] = []  # folders that are removed when this process ends
+_lost: list[str] = []  # why the usual folder cannot be used, where one of _own takes its place
 
 
 class NoRoomError(OSError):
@@ -33,8 +34,8 @@ def settle() -> Path:
     """Choose the folder that PoCL uses from now on, and set POCL_CACHE_DIR to it.
 
     The choice is POCL_CACHE_DIR, else PoCL's default. Where that cannot be written, lacks room or
-    must not hold programs, it is a temporary folder that is removed when this process ends.
-    Raises NoRoomError.
+    must not hold programs, it is a temporary folder that is removed when this process ends;
+    `why_not_kept` then says why. Raises NoRoomError.
     """
     usual = _usual()
     reasons = [_try(usual)]
@@ -54,7 +55,16 @@ def settle() -> Path:
             "POCL_CACHE_DIR to a folder with room"
         )
     os.environ["POCL_CACHE_DIR"] = str(folder)
+    if str(folder) not in _own:
+        _lost.clear()
+    elif reasons[0] is not None:
+        _lost[:] = [reasons[0]]
     return folder
+
+
+def why_not_kept() -> str | None:
+    """Why the next process has to compile the kernels again; None when it does not have to."""
+    return _lost[0] if _lost else None
 
 
 @contextlib.contextmanager
@@ -112,6 +122,8 @@ def give_back() -> None:
 
 
 atexit.register(give_back)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_own.clear)  # they stay those of the parent
 
 
 def _usual() -> Path:

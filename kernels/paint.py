@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import pyopencl as cl
 from makeup_video.kernels import colour, material
 from makeup_video.kernels.colour import Coding, coding_argument
 from makeup_video.kernels.definitions import Definitions, offsets
 from makeup_video.kernels.material import ENVIRONMENT_PX, MATERIAL, Environment, Material
 from makeup_video.kernels.planes import Rect
-from makeup_video.kernels.program import Device
+from makeup_video.kernels.program import Device, make_kernel
 from makeup_video.kernels.runs import RUN, WeightRuns
 from makeup_video.kernels.strokes import Line, PlacedLine, StrokeKernel
 
@@ -331,7 +330,7 @@ class Canvas:
     def _kernel(self, name: str, coding: Coding, definitions: Definitions = DEFINITIONS) -> Any:
         block, sample = self._kind
         program = self.device.program("paint.cl", coding.transfer, sample, block, definitions)
-        return cl.Kernel(program, name)
+        return make_kernel(program, name)
 
     def _paint_kernel(self, depth: int, has_layers: int, coding: Coding) -> Any:
         """The kernel that paints a coat on regions without layers, or with them."""

@@ -6,6 +6,7 @@ Only one thread at a time may use a Device: OpenCL keeps a kernel's arguments in
 import math
 import os
 import re
+import threading
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -125,13 +126,36 @@ def source_of(name: str) -> str:
     return _INCLUDE.sub(lambda match: source_of(match[1]), text)
 
 
+def make_kernel(program: Any, name: str) -> Any:
+    """Make a kernel of a program, in one thread at a time.
+
+    PyOpenCL generates Python for it, under a name that it looks for first; two threads would take
+    the same name, and Python would warn.
+    """
+    with _one_kernel:
+        return cl.Kernel(program, name)
+
+
+def _renew_lock() -> None:
+    global _one_kernel
+    _one_kernel = threading.Lock()
+
+
+_one_kernel = threading.Lock()
+if hasattr(os, "register_at_fork"):  # another thread may hold it when a process is forked
+    os.register_at_fork(after_in_child=_renew_lock)
+
+
 class Device:
     """An OpenCL device and its queue. Programs and kernels are built at first use and kept.
 
     watch: for measurements: (device, work-items) -> what every launch runs within; None for
     nothing.
+    on_compile: called before a program is compiled that no process has compiled before; None for
+    nothing.
     """
 
+    on_compile: ClassVar[Callable[[], None] | None] = None
     watch: "ClassVar[Callable[[Device, int], AbstractContextManager[None]] | None]" = None
 
     def __init__(self, choice: str = "") -> None:
@@ -176,7 +200,7 @@ class Device:
         key = name, transfer, sample
         if key not in self._kernels:
             program = self.program(f"{name}.cl", transfer, sample, definitions=definitions)
-            self._kernels[key] = cl.Kernel(program, name)
+            self._kernels[key] = make_kernel(program, name)
         return self._kernels[key]
 
     def program(
@@ -222,6 +246,8 @@ class Device:
         file = binary_file(device, source, options)
         program = load_binary(self.context, file)
         if program is None:
+            if Device.on_compile is not None and not file.exists():
+                Device.on_compile()
             program = self._compiled(source, options)
             if not self._has_saved:  # all at once would take as long as the first run
                 self._has_saved = save_binary(program, file)

@@ -47,6 +47,42 @@ EIGHT_STEP void surface_settle(__global float *heights) {
     }
 }
 
+/* Stores the straight parts of half of the lips' border. */
+EIGHT_STEP void surface_border(const float *x, const float *y, __global float *parts) {
+    for (int i = 0; i < RING - 1; ++i, parts += BORDER_PART) {
+        float right = x[i + 1] - x[i], down = y[i + 1] - y[i];
+        parts[0] = x[i];
+        parts[1] = y[i];
+        parts[2] = right;
+        parts[3] = down;
+        parts[4] = 1.0f / eight_max(right * right + down * down, LEAST_SQUARE);
+        parts[5] = down == 0.0f ? 0.0f : right / down;
+    }
+}
+
+/* How far within the lips' border eight px of a row lie, negative outside: the distance to the
+ * nearest of its straight parts, and its winding number. */
+EIGHT_STEP float8 surface_within8(float8 x, float y, __global const float *part) {
+    float8 nearest = (float8)1e9f;
+    int8 winding = (int8)0;
+    for (int i = 0; i < 2 * (RING - 1); ++i, part += BORDER_PART) {
+        float right = part[2], down = part[3], below = y - part[1];
+        float8 beside = x - part[0];
+        float8 along = (right * beside + down * below) * part[4];
+        along = eight_clamp8(along, 0.0f, 1.0f);
+        float8 dx = beside - right * along, dy = below - down * along;
+        nearest = eight_min8(nearest, dx * dx + dy * dy);
+        /* both lips' borders run from left to right */
+        int crosses = (below >= 0.0f) - (below >= down);
+        if (crosses) {
+            int8 is_right = beside < (float8)(below * part[5]);
+            winding += i < RING - 1 ? crosses * is_right : -crosses * is_right;
+        }
+    }
+    float8 distance = nearest * surface_inverse_root8(eight_max8(nearest, (float8)LEAST_SQUARE));
+    return winding != 0 ? distance : -distance;
+}
+
 /* Computes a curve's heights and depths by column. Curves of the lips: eight half-rings by the
  * grid's columns, then borders and openings (rings 0, 3, 4, 7) by the patch's. Of a lid: LID_CURVES. */
 EIGHT_STEP void surface_curve(
@@ -71,6 +107,8 @@ EIGHT_STEP void surface_curve(
         scratch[CORNERS_AT] = x[0];
         scratch[CORNERS_AT + 1] = x[count - 1];
     }
+    if (!is_lid && (curve == 0 || curve == 4))
+        surface_border(x, y, scratch + BORDER_AT + (curve ? BORDER_PARTS : 0));
     /* heights of the opening in the middle of the mouth */
     if (is_fine && (curve & 1)) scratch[CORNERS_AT + 2 + ((curve - 8) >> 1)] = y[count / 2];
     if (is_lid) {
@@ -142,10 +180,10 @@ EIGHT_STEP void surface_patch_column(int x, __global float *scratch) {
                          *corners = scratch + CORNERS_AT;
     __global float *out = scratch + COLUMNS_AT + x;
     const int rows[4] = {TOP, UPPER, BOTTOM, LOWER};
-    for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < 4; ++i) out[rows[i] * PATCH_WIDE] = y[2 * i * PATCH_WIDE + x];
+    for (int i = 1; i < 4; i += 2) {
         /* across a contour: distances down its column would make steps where it is steep */
         float slope = surface_slope(y + 2 * i * PATCH_WIDE, x, PATCH_WIDE, 1.0f);
-        out[rows[i] * PATCH_WIDE] = y[2 * i * PATCH_WIDE + x];
         out[(rows[i] + 1) * PATCH_WIDE] = 1.0f / colour_sqrt(1.0f + slope * slope);
     }
     float top = out[TOP * PATCH_WIDE], upper = out[UPPER * PATCH_WIDE];
@@ -237,11 +275,8 @@ EIGHT_STEP void surface_odds(
            to_bottom = EIGHT(column + BOTTOM * PATCH_WIDE) - row;
     float8 from_upper = row - EIGHT(column + UPPER * PATCH_WIDE),
            to_lower = EIGHT(column + LOWER * PATCH_WIDE) - row;
-    float8 border = eight_min8(
-        eight_min8(
-            from_top * EIGHT(column + AT_TOP * PATCH_WIDE),
-            to_bottom * EIGHT(column + AT_BOTTOM * PATCH_WIDE)),
-        eight_min8(across - left, right - across));
+    /* beside a round mouth the border is upright, and no column shows how far away it is */
+    float8 border = surface_within8(across, row, scratch + BORDER_AT);
     float8 opening = eight_min8(
         from_upper * EIGHT(column + AT_UPPER * PATCH_WIDE),
         to_lower * EIGHT(column + AT_LOWER * PATCH_WIDE));

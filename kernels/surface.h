@@ -16,8 +16,7 @@
 /* Rows at COLUMNS_AT: */
 enum {
     /* of the lips, by the columns of the patch */
-    TOP, AT_TOP, BOTTOM, AT_BOTTOM, UPPER, AT_UPPER, LOWER, AT_LOWER, GAP, PER_UPPER, PER_LOWER,
-    UPPER_MORE, LOWER_MORE,
+    TOP, BOTTOM, UPPER, AT_UPPER, LOWER, AT_LOWER, GAP, PER_UPPER, PER_LOWER, UPPER_MORE, LOWER_MORE,
     /* of the lips, by the columns of the grid; LIP begins the rows of each lip, which follow */
     SEAM, LIP,
     FIRST = 0, PER_HEIGHT, BEND, TILT = BEND + 3, ALONG, OF_LIP,
@@ -54,13 +53,16 @@ static inline float surface_at_least_half(float x) {
     return x < 0.0f ? eight_min(x, -0.5f) : eight_max(x, 0.5f);
 }
 
-/* 1 / sqrt(1 + x x + y y), by Newton's method from a good guess. */
-static inline float8 surface_shrink8(float8 x, float8 y) {
-    float8 square = 1.0f + x * x + y * y;
+/* 1 / sqrt(square), by Newton's method from a good guess. */
+static inline float8 surface_inverse_root8(float8 square) {
     float8 root = as_float8(0x5f3759df - (as_int8(square) >> 1));
     root *= 1.5f - 0.5f * square * root * root;
     root *= 1.5f - 0.5f * square * root * root;
     return root * (1.5f - 0.5f * square * root * root);
+}
+
+static inline float8 surface_shrink8(float8 x, float8 y) {
+    return surface_inverse_root8(1.0f + x * x + y * y);
 }
 
 #endif

@@ -99,6 +99,7 @@ LIPS_SIGMA_PX, LID_SIGMA_PX, SEAM_SIGMA_PX = 3.0, 1.8, 0.8
 FURROW_PER_PX = 1 / 3.5
 FURROW = 1.5 * FURROW_PER_PX
 FAINT = 0.02
+LEAST_SQUARE = 1e-6  # of a length, so that none divides by zero
 
 # The buffers of surface.cl, all of float32. A point of the frame lies at
 # to_own (point - near) + origin in a region's own px; `near` is a whole px close to the region, so
@@ -137,6 +138,9 @@ _COLUMNS = PATCH_HW[1]
 SCRATCH = np.dtype([
     ("curves", np.float32, (24, _COLUMNS)),  # height and depth of each curve
     ("corners", np.float32, 16),  # x of both corners of the mouth; y of the opening, in the middle
+    # The border of the lips by its straight parts, of the upper and of the lower lip: x and y where
+    # one begins, x and y to where it ends, 1 / its length squared, x by y along it.
+    ("border", np.float32, (2, RING_POINTS - 1, 6)),
     ("bends", np.float32, (10, _COLUMNS)),
     ("columns", np.float32, (28, _COLUMNS)),
     ("light", np.float32, LIPS_HW),
@@ -208,6 +212,9 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
         "PAD": _PAD,
         "PLACE_SIZE": floats(PLACE),
         "SCRATCH_SIZE": floats(SCRATCH),
+        "LEAST_SQUARE": LEAST_SQUARE,
+        "BORDER_PART": SCRATCH["border"].shape[-1],
+        "BORDER_PARTS": math.prod(SCRATCH["border"].shape[1:]),
     }
     | offsets(PLACE)
     | offsets(PLANE)

@@ -11,6 +11,7 @@ import numpy as np
 from makeup_video.pipeline import FINISHES, KINDS, Layer, Look, product
 from makeup_video.pipeline.look.kinds import density_map
 from makeup_video.pipeline.look.kinds.kind import Dial, Kind
+from makeup_video.pipeline.look.params import hex_of
 
 PAGE = sheet.DOCS / "kinds.md"
 STEPS = 5
@@ -125,7 +126,7 @@ Each shape parameter from its lowest to its highest value:
 
 {sheet.picture(f"{kind.name}-shape")}
 
-The finishes, in #{bytes(kind.first_rgb).hex().upper()}:
+The finishes, in {hex_of(kind.first_rgb)}:
 
 {sheet.picture(f"{kind.name}-finishes")}
 """

@@ -116,7 +116,7 @@ class LidSurface:
     is_broad: ClassVar[bool] = False
 
     def _away_px(self) -> list[np.ndarray]:
-        """From the lash lines of this surface, negative on the eyeball."""
+        """Distance from the lash lines of this surface in px, negative on the eyeball."""
         sides = (self.is_upper, self.lash_px), (self.is_lower, self.below_px)
         return [away_px for is_here, away_px in sides if is_here]
 
@@ -191,8 +191,8 @@ class LidSurface:
         cv2.threshold(out, FAINTEST, 0, cv2.THRESH_TOZERO, out)
 
     def _covered(self, feather_px: float) -> np.ndarray | np.float32:
-        """What is added to the weight between the lash lines: for each column, (48,) float32, or
-        for all.
+        """Return what to add to the weight between the lash lines: by column, (48,) float32, or one
+        number for all.
 
         A shut eye has no eyeball that must be spared. Beyond the corners there is none either, so
         that a joined surface has no bare line there, nor along the lashes of an eye that is nearly

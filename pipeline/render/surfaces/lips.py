@@ -35,6 +35,7 @@ _CONTOURS = np.concatenate([LIPS_OUTER, LIPS_INNER])
 _ODDS_PER_PX = 1.1  # the mask's steepness at the border: median over photos
 # Half the width of the edge: px of the patch at softness 0 and what 1 adds; least px of the frame.
 _FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.72, 4.8, 0.7
+_LOW, _HIGH = -2.0, 3.0  # of an edge, whose middle is 0.5: farther away nothing shows
 _BEYOND = -15.0  # beyond the patch: half the odds
 _SUB_BITS = 4
 _SUB = 2**_SUB_BITS  # parts of a px in which contours are drawn
@@ -121,7 +122,8 @@ class LipsSurface:
         shift_y += c * left + d * top - origin_xy[1]
         if abs(a * d - b * c) > 1.5**2:
             # twice as fine by cubics, then linear: on large faces a third of the cost of cubics
-            # alone
+            # alone. Cubics would swing up beside a steep fall, and stand as a spike on the skin
+            np.minimum(np.maximum(edge, _LOW, out=edge), _HIGH, out=edge)
             edge = cv2.resize(edge, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
             a, b, c, d = a / 2, b / 2, c / 2, d / 2
             shift_x, shift_y = shift_x - (a + b) / 2, shift_y - (c + d) / 2

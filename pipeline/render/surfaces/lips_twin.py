@@ -1,5 +1,7 @@
 """The lips' surface in numpy: the twin that kernels/surface.cl is tested against."""
 
+from itertools import pairwise
+
 import cv2
 import numpy as np
 from makeup_video.kernels.surface import (
@@ -13,6 +15,7 @@ from makeup_video.kernels.surface import (
     FULLER_CHANGE,
     FURROW,
     FURROW_PER_PX,
+    LEAST_SQUARE,
     LIMIT_STEEPNESS,
     LOWER_LESS,
     ONTO_LIP,
@@ -56,7 +59,7 @@ def lips_surface(face: Face) -> LipsSurface | None:
     rows = np.arange(height, dtype=np.float32)[:, None]
     left, right = xyz[UPPER[0, [0, -1]], 0].tolist()
     y = _curves(xyz, columns)[:, ::3, 0]  # of the border and of the opening
-    inside, within, limit, opening = _contours(y, rows, left, right)
+    inside, within, limit, opening = _contours(y, rows, _border(xy, columns, rows), right - left)
     normals, upper = _normals(_curves(xyz, columns[::COARSE] + 0.5), rows[::COARSE] + 0.5)
     odds = np.float32(1 - CONTOUR_SHARE) * patch.logits
     odds += np.float32(CONTOUR_SHARE) * np.clip(inside, -CONTOUR_MOST, CONTOUR_MOST)
@@ -77,22 +80,45 @@ def _curves(xyz: np.ndarray, columns: np.ndarray) -> np.ndarray:
     return np.stack([curves.real, curves.imag], 1, dtype=np.float32).reshape(2, 4, 2, -1)
 
 
+def _border(xy: np.ndarray, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """(H, C) how far within the lips' border each px lies, negative outside: the distance to the
+    nearest of its straight parts, and its winding number. Beside a round mouth the border is
+    upright, and no column shows how far away it is.
+
+    xy: (N, 2) of the points of the lips.
+    """
+    nearest = np.full((len(rows), len(columns)), 1e9, np.float32)
+    winding = np.zeros(nearest.shape, np.int32)
+    x, y = columns.astype(np.float32), rows
+    for ring, turn in ((UPPER[0], 1), (LOWER[0], -1)):  # both run from left to right
+        for (ax, ay), (bx, by) in pairwise(xy[ring].astype(np.float32).tolist()):
+            right, down = bx - ax, by - ay
+            beside, below = x - np.float32(ax), y - np.float32(ay)
+            square = max(right * right + down * down, LEAST_SQUARE)
+            along = np.clip((beside * right + below * down) / square, 0, 1)
+            dx, dy = beside - right * along, below - down * along
+            np.minimum(nearest, dx * dx + dy * dy, out=nearest)
+            crosses = (below >= 0).astype(np.int32) - (below >= down)
+            if down:
+                winding += turn * crosses * (beside < below * (right / down))
+    distance = np.sqrt(nearest)
+    return np.where(winding != 0, distance, -distance)
+
+
 def _contours(
-    y: np.ndarray, rows: np.ndarray, left: float, right: float
+    y: np.ndarray, rows: np.ndarray, border: np.ndarray, width: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """How far within the lips each px lies; how far within the opening; how far within all that
     may be painted, since contours may be off; and `opening`.
 
-    y: (2, 2, C), of upper and lower lip, of border and opening.
+    y: (2, 2, C), of upper and lower lip, of border and opening.  border: of `_border`.
+    width: of the mouth.
     """
     (top, upper), (bottom, lower) = y
     # across a contour, not down its column: where it is steep that would make it a stair
-    slope = slopes_along(y, 1)
-    (at_top, at_upper), (at_bottom, at_lower) = 1 / np.sqrt(1 + slope * slope)
-    columns = np.arange(y.shape[-1], dtype=np.float32)
-    width = max(right - left, 1.0)
-    beside = np.minimum(columns - np.float32(left), np.float32(right) - columns)
-    border = np.minimum(np.minimum((rows - top) * at_top, (bottom - rows) * at_bottom), beside)
+    slope = slopes_along(y[:, 1], 1)
+    at_upper, at_lower = 1 / np.sqrt(1 + slope * slope)
+    width = max(width, 1.0)
     within = np.minimum((rows - upper) * at_upper, (lower - rows) * at_lower)  # of the opening
     limit = np.minimum(border + REACH * width, OPENING_REACH * width - within)
     gap = np.clip((lower - upper) / (REACH * width), 0, 1)

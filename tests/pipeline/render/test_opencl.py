@@ -1,15 +1,17 @@
 """The OpenCL device, and the product's own errors when no device can be opened."""
 
+from unittest.mock import Mock
+
 import pyopencl as cl
 import pytest
-from makeup_video.kernels import program
+from makeup_video.kernels import cache, program
 from makeup_video.kernels.cache import NoRoomError
 from makeup_video.pipeline import InstallError, OutputError, UsageError
-from makeup_video.pipeline.render.opencl import open_device
+from makeup_video.pipeline.render.opencl import lost_kernels, open_device
 
 
-def test_the_default_device_opens():
-    assert open_device().queue is not None
+def test_the_default_device_is_the_processor():
+    assert open_device().shares_memory  # it works in ours
 
 
 def test_no_opencl_at_all_is_an_install_error(monkeypatch):
@@ -30,3 +32,16 @@ def test_no_room_for_kernels_is_an_output_error(monkeypatch):
     monkeypatch.setattr(program, "settle", no_room)
     with pytest.raises(OutputError, match="need a folder with room"):
         open_device()
+
+
+def test_kernels_that_are_lost_are_one_line_with_the_remedy(monkeypatch, tmp_path):
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
+    assert lost_kernels() is None
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path / "file" / "below"))
+    assert lost_kernels() == (
+        f"the compiled kernels cannot be kept ({tmp_path}/file/below: Not a directory): set "
+        "POCL_CACHE_DIR to a folder that stays"
+    )
+    monkeypatch.setattr(cache, "settle", Mock(side_effect=NoRoomError("none")))
+    assert lost_kernels() is None  # opening the device says so
