@@ -35,6 +35,7 @@ _END, _THINS, _LEAST_THINNING, _MOST_THINNING = 1.04, 1.6, 0.06, 0.2
 _LONG, _END_AT_WING = 0.1, 0.94
 _THINNED = -1e3  # px: no line at all
 _SHORTEST_PX = 0.01  # of a wing, so that none divides by zero
+_BELOW = -0.3  # by `over`, where the lower line begins below the lashes
 _LOWER = 0.6  # thickness of the lower line by that of the upper one
 
 
@@ -52,7 +53,8 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
     else:
         strokes = [_along(at.above_px, over_px, _thickness_px(upper, at))]
     if shape["lower"] > 0:
-        strokes.append(_along(at.below_px, 0.5 * over_px, _thickness_px(lower, at)))
+        in_eye_px = _in_eye(at.across.tobytes()) * over_px
+        strokes.append(_along(at.below_px, in_eye_px, _thickness_px(lower, at)))
     smudge = shape["softness"] * (0.5 + product.edge_softness) * 2
     blur_px = max(1.0, smudge * thick * float(at.width_px.max()))
     return [Coat(product, strokes=tuple(strokes), blur_px=blur_px)]
@@ -79,6 +81,20 @@ def _columns(
     lines = upper, before_wing, _LOWER * thick * reach
     first, second, third = (line.astype(np.float32) for line in lines)
     return first, second, third
+
+
+@lru_cache(maxsize=16)
+def _in_eye(across: bytes) -> "np.ndarray":
+    """(48,) how far the lower line begins within the eye, by `over`: it lies below the lashes, or
+    it would rim the eyeball; but in the outer corner it meets the upper one.
+
+    across: of EyeFields, float32.
+    """
+    import numpy as np
+
+    at = np.frombuffer(across, np.float32)
+    in_eye: np.ndarray = _BELOW + (0.5 - _BELOW) * rise(at, 0.96, 0.12)
+    return in_eye.astype(np.float32)
 
 
 def _thickness_px(columns: "np.ndarray", at: EyeFields) -> "np.ndarray":

@@ -47,6 +47,7 @@ from makeup_video.pipeline.render.grid import Grid, PointXY, box_of
 from makeup_video.pipeline.render.lay_coats import lay_coats
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.render.surfaces.face_outline import outline_of, within_outline
 from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, SeenFace
 from makeup_video.pipeline.render.surfaces.surface import Charts, Laid
 
@@ -100,6 +101,7 @@ class LidSurface:
     below the lower lash line; the eyeball is where both are negative.
     normals: (2, H, W).  width_px: of the eye.
     both: the heights of both eyes of the face.  number: which of them it is.
+    on_face: (H, W), 0 beyond the outline of the face; None for 1 everywhere.
     is_upper, is_lower: True for the skin above the eye, and for that below it.
     """
 
@@ -111,6 +113,7 @@ class LidSurface:
     width_px: float
     both: "BothEyes"
     number: int
+    on_face: np.ndarray | None = None
     is_upper: bool = True
     is_lower: bool = False
     is_broad: ClassVar[bool] = False
@@ -130,7 +133,7 @@ class LidSurface:
         # several times as quick as `replace`
         return LidSurface(
             self.grid, self.up, self.lash_px, self.below_px, self.normals, self.width_px,
-            self.both, self.number, *sides,
+            self.both, self.number, self.on_face, *sides,
         )  # fmt: skip
 
     def lay(self, charts: Charts, opacities: Sequence[float], device: Device) -> Laid:
@@ -176,6 +179,8 @@ class LidSurface:
         lashes = [away_px * np.float32(1 / feather_px) + covers for away_px in self._away_px()]
         if density is None:
             density = np.ones(self.up.shape, np.float32)
+        if self.on_face is not None:
+            density = density * self.on_face
         if len(lashes) == 1:
             there = self.grid.warped(lashes[0], origin_xy, out.shape, -1e3)
             dense = self.grid.warped(density, origin_xy, out.shape, 0.0)
@@ -307,7 +312,7 @@ class EyesRegion:
         made = seen.surfaces
         if made is None:
             return [None for _ in places]
-        lids = zip(lid_surfaces_of(places, made), made.lids, made.means[1:], strict=True)
+        lids = zip(lid_surfaces_of(seen.face, places, made), made.lids, made.means[1:], strict=True)
         return [None if surface is None else (surface, lid[2], mean) for surface, lid, mean in lids]
 
     def lit(self, item: FrameScene, scene: FaceScene, reader: Reader) -> tuple[Lit, ...]:
@@ -345,16 +350,27 @@ def eye_places(face: Face) -> list[GridPlace | None]:
 
 
 def lid_surfaces_of(
-    places: Sequence[GridPlace | None], made: FaceSurfaces
+    face: Face, places: Sequence[GridPlace | None], made: FaceSurfaces
 ) -> list[LidSurface | None]:
     """The lids that kernels/surface.cl made."""
     grids = [None if place is None else Grid.at(place.to_px, LID_HW) for place in places]
     widths = [1.0 if grid is None else grid.step_px() / LID_STEP for grid in grids]
     both = BothEyes(made.lids[:, 0], made.lids[:, 1], made.lids[:, 5], widths)
+    outline = outline_of(face)
     return [
         None
         if grid is None
-        else LidSurface(grid, lid[0], lid[1], lid[5], lid[3:5], widths[number], both, number)
+        else LidSurface(
+            grid,
+            lid[0],
+            lid[1],
+            lid[5],
+            lid[3:5],
+            widths[number],
+            both,
+            number,
+            within_outline(outline, grid),
+        )
         for number, (grid, lid) in enumerate(zip(grids, made.lids, strict=True))
     ]
 

@@ -30,6 +30,7 @@ from makeup_video.pipeline.render.surfaces.eyes import (
     LidSurface,
     eye_places,
 )
+from makeup_video.pipeline.render.surfaces.face_outline import outline_of, within_outline
 
 _ROWS = np.arange(SIZE_WH[1], dtype=np.float32)[:, None]
 
@@ -48,10 +49,11 @@ def lid_surfaces(face: Face) -> list[LidSurface]:
     normals = _normals(y, depth, ring)
     widths = [float(step) / LID_STEP for step in steps_px.ravel()]
     both = BothEyes(up, lash_px, -lower_px, widths)
+    outline = outline_of(face)
     return [
         LidSurface(
             grid, up[number], lash_px[number], -lower_px[number], normals[number],
-            widths[number], both, number,
+            widths[number], both, number, within_outline(outline, grid),
         )
         for number, (grid, *_) in enumerate(seen)
     ]  # fmt: skip

@@ -63,10 +63,10 @@ _HOLES = [
     )
 ]  # fmt: skip
 # The outline of a turned face: the oval, or the nose and the mouth before it.
-_OUTLINE = np.concatenate([FACE_OVAL, [1, 4, 5, 195, 197, 6, 0, 17, 37, 267, 98, 327, 50, 280]])
+OUTLINE = np.concatenate([FACE_OVAL, [1, 4, 5, 195, 197, 6, 0, 17, 37, 267, 98, 327, 50, 280]])
 # All points that are drawn, and where each contour among them ends.
-_DRAWN = np.concatenate([_OUTLINE, *_HOLES])
-_ENDS = np.cumsum([len(_OUTLINE), *map(len, _HOLES)]).tolist()
+_DRAWN = np.concatenate([OUTLINE, *_HOLES])
+_ENDS = np.cumsum([len(OUTLINE), *map(len, _HOLES)]).tolist()
 
 # The chart: what of the mean face may be painted, and more, in IOD across and down; px for one IOD.
 _CHARTED, _CHART_PX = ((-1.1, 1.1), (-0.6, 1.2)), np.float32(96)

@@ -74,6 +74,14 @@ def test_a_lower_line_meets_the_wing_in_the_corner():
     assert np.minimum(wing, lower)[:, beside].max() > -step_px
 
 
+def test_the_lower_line_does_not_lie_on_the_eye():
+    eyes = open_eyes()
+    line = strokes(lower=1.0, thickness=0.12)[1]
+    drawn = np.minimum(line.above, line.below)[0] > 0
+    middle = np.abs(eyes.across - 0.5) < 0.3
+    assert drawn[:, middle].any() and not (drawn & (eyes.below_px[0] < 0))[:, middle].any()
+
+
 @pytest.mark.parametrize("share", [1.0, 0.97])
 def test_wings_of_shut_eyes_stay_whole(share):
     eyes = open_eyes()
