@@ -41,9 +41,9 @@ def on_grid(region, field, points_px):
 
 def skin_of(region, hw=HW):
     """Return how much is covered where all is painted above and below the eye, (h, w); 1 beyond
-    the grid."""
-    on_grid = region.grid.warped(np.ones(region.up.shape, np.float32), (0, 0), hw, 0.0)
-    bare = (on_grid >= 1).astype(np.float32)
+    the grid, and of the face."""
+    on_face = np.ones(region.up.shape, np.float32) if region.on_face is None else region.on_face
+    bare = (region.grid.warped(on_face, (0, 0), hw, 0.0) >= 1).astype(np.float32)
     for side in region.sides():
         out = np.full(hw, np.nan, np.float32)
         side.weigh(out, (0, 0), 0.5, None)
