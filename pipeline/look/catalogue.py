@@ -5,12 +5,12 @@ import os
 import re
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from makeup_video.pipeline.errors import CatalogueError
-from makeup_video.pipeline.files.table import AS_UTF8, open_table, table_rows
+from makeup_video.pipeline.files.table import AS_UTF8, TableRow, open_table, table_rows
 from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of
 from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.params import rgb_of_hex
@@ -28,8 +28,7 @@ _OF_NONE = re.compile(
 _BLOCK = 1 << 15  # rows at a time: CIEDE2000 holds some thirty arrays of them
 
 
-@dataclass(frozen=True, slots=True)
-class Shade:
+class Shade(NamedTuple):
     """One shade of one product.
 
     rgb: sRGB codes 0..255.  parts: those that it may be meant for, all when nothing is known.
@@ -50,17 +49,20 @@ class Catalogue:
         once: dict[str, str] = {}
         self._names: tuple[list[str], list[str], list[str]] = [], [], []
         codes = array("B")
-        fits = {name: array("B") for name in PARTS}
+        numbers: dict[tuple[str, ...], int] = {}  # of each set of parts
+        fits = array("H")
         brands, products, names = self._names
-        for one in shades:
-            brands.append(once.setdefault(one.brand, one.brand))
-            products.append(once.setdefault(one.product, one.product))
-            names.append(one.shade)
-            codes.extend(one.rgb)
-            for name, column in fits.items():
-                column.append(name in one.parts)
+        for brand, product, name, rgb, parts in shades:
+            brands.append(once.setdefault(brand, brand))
+            products.append(once.setdefault(product, product))
+            names.append(name)
+            codes.extend(rgb)
+            fits.append(numbers.setdefault(parts, len(numbers)))
         self._rgb = np.frombuffer(codes.tobytes(), np.uint8).reshape(-1, 3)
-        self._fits = {name: np.frombuffer(fits[name].tobytes(), bool) for name in PARTS}
+        number = np.array(fits, np.intp)
+        self._fits = {
+            name: np.array([name in parts for parts in numbers], bool)[number] for name in PARTS
+        }
         self._lab = [lab_of(block) for block in _blocks(self._rgb)]
 
     def __len__(self) -> int:
@@ -97,18 +99,25 @@ class Catalogue:
         return [(float(off[index]), self.at(index)) for index in near.tolist()]
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
+class Row(NamedTuple):
     """One row of a catalogue.
 
-    where: its file and line, for messages.  cells: all of its cells by column, names in lower case.
-    kind: what product it is, in its own words, in lower case.
+    in_table: all of its cells.  kind: what product it is, in its own words, in lower case.
     """
 
-    where: str
-    cells: Mapping[str, str]
+    in_table: TableRow
     shade: Shade
     kind: str
+
+    @property
+    def where(self) -> str:
+        """Its file and line, for messages."""
+        return self.in_table.where
+
+    @property
+    def cells(self) -> Mapping[str, str]:
+        """All of its cells by column, names in lower case."""
+        return self.in_table.cells
 
 
 def read_catalogue(path: str | os.PathLike[str]) -> Catalogue:
@@ -155,33 +164,40 @@ def _rows(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Row]:
                 f"{path}, line 1: the columns {', '.join(COLUMNS)} are needed once each, separated "
                 f"by commas or semicolons; missing or twice: {', '.join(missing)}"
             )
+        if twice := [name for name in names if name and names.count(name) > 1]:
+            raise CatalogueError(
+                f"{path}, line 1: the column {twice[0]} stands there twice: leave one out"
+            )
+        kinds.extend(name for name in names if name in KIND_COLUMNS)
         return names
 
+    kinds: list[str] = []
     for row in table_rows(lines, path, columns, CatalogueError):
         if row.line > _MOST_LINES:
             raise CatalogueError(
                 f"{path} has more than {_MOST_LINES} lines: give a catalogue of fewer products"
             )
         cells = row.cells
-        kind = " ".join(cells[name] for name in cells if name in KIND_COLUMNS).lower()
-        yield Row(row.where, cells, _shade(cells, _parts_of(kind), row.where), kind.strip())
-
-
-def _shade(cells: Mapping[str, str], parts: tuple[str, ...], where: str) -> Shade:
-    brand, product, shade, text = (cells[name] for name in COLUMNS)
-    rgb = rgb_of_hex(text)
-    if rgb is None:
-        raise CatalogueError(
-            f"{where}: hex must be 3 or 6 hex digits such as #B4002E, got {text[:40]!r}"
-        )
-    return Shade(brand, product, shade, rgb, parts)
+        kind, parts = _kind(*[cells[name] for name in kinds])
+        rgb = rgb_of_hex(cells["hex"])
+        if rgb is None:
+            raise CatalogueError(
+                f"{row.where}: hex must be 3 or 6 hex digits such as #B4002E, got "
+                f"{cells['hex'][:40]!r}"
+            )
+        shade = Shade(cells["brand"], cells["product"], cells["shade"], rgb, parts)
+        yield Row(row, shade, kind)
 
 
 @lru_cache(maxsize=1000)
-def _parts_of(kind: str) -> tuple[str, ...]:
-    """The parts that a kind of product, in lower case, is for; all when its words name none."""
+def _kind(*cells: str) -> tuple[str, tuple[str, ...]]:
+    """What a product is, in lower case, and the parts that it is for; all when no word names one.
+
+    cells: those of KIND_COLUMNS.
+    """
+    kind = " ".join(cells).lower()
     named = tuple(name for name in PARTS if _OF_PART[name].search(kind))
-    return named or (() if _OF_NONE.search(kind) else tuple(PARTS))
+    return kind.strip(), named or (() if _OF_NONE.search(kind) else tuple(PARTS))
 
 
 def _blocks(rows: np.ndarray) -> Iterator[np.ndarray]:

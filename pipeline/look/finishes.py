@@ -105,8 +105,11 @@ def product(colour: Collection[float] | str, finish: str, part: str = "lips") ->
 
     colour: as under neutral light: "#B4002E", a name of CSS, or red, green and blue as sRGB-encoded
     code values 0..255.  finish: a name of FINISHES, or another word for one, such as "glossy".
-    Raises UsageError for an unknown name, LookError for a number out of its range.
+    Raises UsageError for an unknown name, LookError for a number out of its range, TypeError for
+    another type.
     """
+    if not isinstance(finish, str):
+        raise TypeError(f"a finish is a name such as 'gloss', got {finish!r}")
     known = finish_of(finish)
     if known is None:
         raise UsageError(
@@ -116,6 +119,11 @@ def product(colour: Collection[float] | str, finish: str, part: str = "lips") ->
     if part not in PARTS:
         raise UsageError(f"a part is one of {', '.join(PARTS)}, got {part!r}")
     rgb = rgb_of(colour) if isinstance(colour, str) else colour
+    if not isinstance(colour, Collection):
+        raise TypeError(
+            f"a colour is '#B4002E', a name such as 'darkred', or red, green and blue, got "
+            f"{colour!r}"
+        )
     if rgb is None:
         raise UsageError(
             f"a colour is '#B4002E', a name such as 'darkred', or red, green and blue, got "

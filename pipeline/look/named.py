@@ -23,7 +23,7 @@ _MOST_NAMES = 5  # in a message
 class NamedLook:
     """A look and what it is called in names of outputs.
 
-    brand, shade, product: of a catalogue's row, else empty.
+    brand, shade, product: of a catalogue's row, else empty.  where: the row's file and line.
     """
 
     name: str
@@ -31,6 +31,7 @@ class NamedLook:
     brand: str = ""
     shade: str = ""
     product: str = ""
+    where: str = ""
 
     @property
     def fields(self) -> dict[str, str]:
@@ -155,7 +156,7 @@ def _look_of(row: Row, part: str, finish: str | None) -> NamedLook:
         finish = next((name for name in FINISHES if name in row.kind), kind.first_finish)
     layer = Layer(kind.name, product(shade.rgb, finish, part))
     name = "-".join(filter(None, (shade.brand, shade.shade))) or "#" + bytes(shade.rgb).hex()
-    return NamedLook(name, Look([layer]), shade.brand, shade.shade, shade.product)
+    return NamedLook(name, Look([layer]), shade.brand, shade.shade, shade.product, row.where)
 
 
 def numbered(names: Sequence[str]) -> list[str]:

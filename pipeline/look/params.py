@@ -4,22 +4,29 @@ colours."""
 import json
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import MISSING, dataclass, field, fields
 from typing import Any, Self
 
 from makeup_video.pipeline.errors import LookError
 
+_HEX = re.compile(r"#?([0-9a-fA-F]{3}|[0-9a-fA-F]{6})")
+
 
 def rgb_of_hex(text: str) -> tuple[int, int, int] | None:
     """Red, green, blue, 0..255, from '#B4002E', 'B4002E' or '#B02'; None for what is no colour."""
-    if not re.fullmatch(r"#?([0-9a-fA-F]{3}|[0-9a-fA-F]{6})", text):
+    if not _HEX.fullmatch(text):
         return None
     digits = text.removeprefix("#")
     if len(digits) == 3:
         digits = "".join(2 * digit for digit in digits)
     red, green, blue = bytes.fromhex(digits)
     return red, green, blue
+
+
+def hex_of(rgb: Iterable[float]) -> str:
+    """Red, green, blue, 0..255, as "#B4002E"; fractions are rounded."""
+    return "#" + bytes(round(code) for code in rgb).hex().upper()
 
 
 _UNBOUNDED = sys.float_info.max  # JSON can spell larger integers; kernels cannot
@@ -118,7 +125,7 @@ class GraphicsParams:
     @property
     def hex(self) -> str:
         """The colour as "#B4002E"."""
-        return "#" + bytes(round(code) for code in (self.red, self.green, self.blue)).hex().upper()
+        return hex_of((self.red, self.green, self.blue))
 
     @classmethod
     def from_dict(cls, values: Any, where: str = "product") -> Self:

@@ -12,6 +12,7 @@ from makeup_video.pipeline.look.finishes import FINISHES, product
 from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.kinds.kind import Dial, Kind
 from makeup_video.pipeline.look.look import Layer
+from makeup_video.pipeline.look.params import hex_of
 from makeup_video.pipeline.look.words import (
     did_you_mean,
     finish_names,
@@ -192,7 +193,7 @@ def _checked(kind: Kind, dial: Dial, text: str) -> Any:
         value = place_of(text, kind) or text
     elif dial.is_colour:
         rgb = rgb_of(text)
-        value = text if rgb is None else "#" + bytes(rgb).hex().upper()
+        value = text if rgb is None else hex_of(rgb)
     else:
         number = number_of(text)
         value = text if number is None else number

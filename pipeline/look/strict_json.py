@@ -12,7 +12,7 @@ _MOST_DIGITS = 400  # no number in range has more, and Python reads no more than
 def read_json(text: str) -> Any:
     """Raises LookError, one line, for what is no JSON and for a key that is given twice."""
     try:
-        return json.loads(text, object_pairs_hook=_object_without_repeats, parse_int=whole_number)
+        return json.loads(text, object_pairs_hook=object_without_repeats, parse_int=whole_number)
     except json.JSONDecodeError as error:
         raise LookError(
             f"not JSON at line {error.lineno}, column {error.colno}: {error.msg}"
@@ -31,7 +31,8 @@ def whole_number(digits: str) -> int | float:
     return int(digits) if len(digits) <= _MOST_DIGITS else float(digits)
 
 
-def _object_without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def object_without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """The object_pairs_hook of strict JSON. Raises LookError for a key that is given twice."""
     values: dict[str, Any] = {}
     for key, value in pairs:
         if key in values:

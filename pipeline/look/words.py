@@ -6,14 +6,13 @@ Neither case nor spaces, hyphens and underscores within a word matter: "Brow bon
 import math
 import re
 from collections.abc import Iterable, Mapping
-from difflib import get_close_matches
 
+from makeup_video.pipeline.errors import closest
 from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.kinds.kind import Kind
 from makeup_video.pipeline.look.params import rgb_of_hex
 
 _BEGINS = 3  # from so many letters on a word may be the beginning of a name, if of one alone
-_ALIKE = 0.7  # of difflib: a word this close to a known one is a mistyped one
 _NUMBER = re.compile(r"([+-]?(?:\d{1,9}\.?\d{0,9}|\.\d{1,9}))\s*(%?)", re.ASCII)
 NONE = "none"
 
@@ -108,11 +107,12 @@ def did_you_mean(word: str, names: Iterable[str]) -> str:
     for name in names:
         by_plain.setdefault(plain(name), name)
     wanted = plain(word)
-    close = get_close_matches(wanted, by_plain, 1, _ALIKE)
-    if not close and len(wanted) >= _BEGINS:
+    meant = closest(wanted, by_plain)
+    if meant is None and len(wanted) >= _BEGINS:
         begun = [name for name in by_plain if name.startswith(wanted)]
-        close = begun if len(begun) == 1 else []  # "cat" is cat-eye, but "dark" may be any of many
-    return f": did you mean {by_plain[close[0]]}?" if close else ""
+        if len(begun) == 1:  # "cat" is cat-eye, but "dark" may be any of many
+            meant = begun[0]
+    return f": did you mean {by_plain[meant]}?" if meant is not None else ""
 
 
 def finish_names() -> list[str]:

@@ -47,8 +47,8 @@ class Composite:
     def __init__(self, look: Look, device: str | Canvas = "", faces: str = "all") -> None:
         self._canvas = open_canvas(device) if isinstance(device, str) else device
         self._reader = Reader(self._canvas.device)
-        self._faces = faces
-        self.largest_id = -1
+        self.faces = faces
+        self.largest_id: int | None = None
         self.painted_frames = self.chosen_frames = 0
         self.numbers: set[int] = set()
         self.level = QualityLevel.FULL
@@ -57,8 +57,8 @@ class Composite:
         self.set_look(look)
 
     def forget(self) -> None:
-        """Forget the faces of the frames so far: another film begins."""
-        self.largest_id = -1
+        """Forget the faces of the frames so far: another video begins."""
+        self.largest_id = None
         self._reader.kept.clear()
 
     def set_look(self, look: Look) -> None:
@@ -129,11 +129,11 @@ class Composite:
         return jobs
 
     def _chosen(self, faces: tuple[FaceScene, ...]) -> tuple[FaceScene, ...]:
-        if self._faces == "all":
+        if self.faces == "all":
             return faces
-        if self._faces == "largest":
+        if self.faces == "largest":
             return self._largest(faces)
-        return tuple(scene for scene in faces if str(scene.face.track_id) == self._faces)
+        return tuple(scene for scene in faces if str(scene.face.track_id) == self.faces)
 
     def _largest(self, faces: tuple[FaceScene, ...]) -> tuple[FaceScene, ...]:
         """The largest face, or none. Between two faces of about the same size the makeup would jump

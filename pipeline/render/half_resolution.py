@@ -1,8 +1,8 @@
 """Large regions painted at half or a quarter of the size: on a machine that is too slow, and veils.
 
-The product is laid on the picture averaged 2x2 or 4x4, and what it changes there is enlarged and
-added to the picture itself, which so keeps its detail. A pixel that is more than two (or four) away
-from any that has weight at the small size keeps its byte.
+The product is painted on the picture averaged 2x2 or 4x4, and the change is enlarged and added to
+the full picture, which keeps its detail. A pixel more than two (or four) px away from every pixel
+that has weight at the small size keeps its byte.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,8 +14,8 @@ from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.frames.sampling import halved
 
-# Luma px of all rects of a frame. Below, less than a sixth of painting is saved, and it is seen
-# more.
+# Luma px of all rects of a frame. Below this size less than a sixth of the painting time is saved,
+# and the averaging is more visible.
 LARGE_PX = 30_000
 
 
@@ -65,7 +65,7 @@ class SmallPlanes:
 
 
 def small_size(size: tuple[int, ...], factor: int) -> tuple[int, int]:
-    """Of a picture, width and height or height and width; rounded up."""
+    """Return the size of the small picture: width and height in the order given, rounded up."""
     return -(-size[0] // factor), -(-size[1] // factor)
 
 
@@ -77,7 +77,7 @@ def to_small(factor: int) -> AffineArray:
 
 
 def _enlarged(rect: Rect, planes: tuple[np.ndarray, ...], factor: int) -> Rect:
-    """The same in the picture itself, without what its size lacks to whole px of the small one."""
+    """Return the rect in px of the picture itself, cut off at the picture's borders."""
     high, wide = planes[0].shape
     x, y = factor * rect.x, factor * rect.y
     return Rect(x, y, min(factor * rect.width, wide - x), min(factor * rect.height, high - y))

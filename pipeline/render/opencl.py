@@ -1,5 +1,7 @@
 """The OpenCL device that paints, with the errors of this product."""
 
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from makeup_video.pipeline.errors import InstallError, OutputError, UsageError, option
@@ -19,6 +21,7 @@ def open_device(choice: str = "") -> "Device":
     from makeup_video.kernels.cache import NoRoomError
     from makeup_video.kernels.program import Device, NoDeviceError, UnknownDeviceError
 
+    Device.on_compile = _tell_compiling
     try:
         return Device(choice)
     except NoDeviceError as error:
@@ -29,7 +32,49 @@ def open_device(choice: str = "") -> "Device":
         raise OutputError(str(error)) from error
 
 
-def devices_found() -> list[str]:
+_listeners: list[Callable[[], None]] = []
+
+
+@contextmanager
+def compiling_told(tell: Callable[[], None]) -> Generator[None, None, None]:
+    """Call `tell` within the block once this process compiles kernels, which takes some seconds.
+
+    Any thread may call it, at most once.
+    """
+    _listeners.append(tell)
+    try:
+        yield
+    finally:
+        if tell in _listeners:
+            _listeners.remove(tell)
+
+
+def _tell_compiling() -> None:
+    while _listeners:
+        _listeners.pop()()
+
+
+def lost_kernels() -> str | None:
+    """Settle where the kernels of this process, and of those that it starts, are kept.
+
+    Returns a line for the user where the folder is temporary, so that the next run has to compile
+    them again.
+    """
+    from makeup_video.kernels.cache import NoRoomError, settle, why_not_kept
+
+    try:
+        settle()
+    except NoRoomError:
+        return None  # opening the device raises an error
+    reason = why_not_kept()
+    if reason is None:
+        return None
+    return (
+        f"the compiled kernels cannot be kept ({reason}): set POCL_CACHE_DIR to a folder that stays"
+    )
+
+
+def opencl_devices() -> list[str]:
     """The OpenCL devices of this machine by their names, in the order of their numbers.
 
     Raises as open_device does.

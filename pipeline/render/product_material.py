@@ -44,7 +44,8 @@ _BLACK = 0.02  # linear light: a product whose brightest channel is below it has
 _PALE = 0.35  # luminance from which on a product may have silver sparkles
 _LEAST_SILVER = 0.15  # of silver sparkles that stays on a black product
 _FINEST_CELL, _COARSER_CELL = 0.006, 0.022  # of the eyes' distance: of shimmer_size 0, and 1 adds
-_COARSEST_CELL = 0.1  # of the eyes' distance, on the smallest faces with sparkles
+# The same on the smallest faces with sparkles: fine ones would be blobs there, few and in rows.
+_COARSEST_CELL, _COARSEST_MORE = 0.03, 0.07
 LUMINANCE: tuple[float, ...] = tuple(to_xyz(1)[1].tolist())
 
 
@@ -183,7 +184,8 @@ def least_cell(params: GraphicsParams) -> tuple[float, int]:
     if not params.shimmer:
         return _FINEST_CELL, 0
     cell = _FINEST_CELL + _COARSER_CELL * params.shimmer_size
-    return cell, max(math.floor(math.log2(_COARSEST_CELL / cell)), 0)
+    coarsest = _COARSEST_CELL + _COARSEST_MORE * params.shimmer_size
+    return cell, max(math.floor(math.log2(coarsest / cell)), 0)
 
 
 @dataclass(frozen=True, slots=True)

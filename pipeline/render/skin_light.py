@@ -245,7 +245,9 @@ def _under_eyes(luminance: np.ndarray, inside: np.ndarray) -> float | None:
     """
     if not inside.all():
         return None
-    return max(sorted(side)[-2] for side in luminance.reshape(2, -1).tolist())
+    left, right = luminance.reshape(2, -1).tolist()
+    brighter: float = max(sorted(left)[-2], sorted(right)[-2])
+    return brighter
 
 
 def _typical(light: np.ndarray, optics: Optics) -> tuple[np.ndarray, float]:

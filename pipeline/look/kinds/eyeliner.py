@@ -116,7 +116,8 @@ def _opened(at: EyeFields) -> "np.ndarray":
 
     open_px = -(at.above_px + at.below_px).min((1, 2), keepdims=True)
     opened: np.ndarray = open_px / (0.5 * _OPEN * at.width_px)
-    return np.minimum(np.maximum(opened, 0, out=opened), 1, out=opened)
+    np.minimum(np.maximum(opened, 0, out=opened), 1, out=opened)
+    return opened
 
 
 def _wing(

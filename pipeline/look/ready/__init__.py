@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from makeup_video.pipeline.errors import LookError, option
 from makeup_video.pipeline.look.look import Look
@@ -36,6 +37,10 @@ class ReadyLook:
     look: Look
     path: Path
 
+    def to_dict(self) -> dict[str, Any]:
+        """Name, words and look as JSON values."""
+        return {"name": self.name, "words": self.words, "look": self.look.to_dict()}
+
 
 @cache
 def ready_looks() -> tuple[ReadyLook, ...]:
@@ -48,7 +53,10 @@ def ready_looks() -> tuple[ReadyLook, ...]:
 
 
 def ready_look(name: str) -> ReadyLook:
-    """The ready look of a name; case, spaces and underscores do not matter. Raises LookError."""
+    """The ready look of a name; case, spaces and underscores do not matter. Raises LookError, and
+    TypeError for what is no text."""
+    if not isinstance(name, str):
+        raise TypeError(f"a ready look is given by its name, such as 'cat-eye', got {name!r}")
     found = _named(name)
     if found is None:
         names = [one.name for one in ready_looks()]
