@@ -12,8 +12,8 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.render.surfaces.surface import Surface
 
 # Skin of less luminance than this is as often in the dark as it is dark itself: products on it get
-# less light, as this power of its luminance, but at least so much of it.
-_DARK_SKIN, _DARKER, _LEAST = 0.27, 0.9, 0.45
+# less light, as this power of its luminance, but at least so much of it. And the most they get.
+_DARK_SKIN, _DARKER, _LEAST, _MOST = 0.27, 0.9, 0.45, 1.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,11 +61,13 @@ class SceneLight:
         """The strength that products are painted with: less than `strength` on dark skin.
 
         Whether a face is dark or in the dark is a guess. Makeup that is too light for its face
-        glows, and makeup that is too dark looks like a deeper shade.
+        glows, and makeup that is too dark looks like a deeper shade. Nor does it get much more than
+        1: pale skin passes for skin in strong light, on which nudes would be chalk and pinks neon.
         """
+        strength = min(self.strength, _MOST)
         if self.skin <= 0:
-            return self.strength
-        return self.strength * min(max(math.pow(self.skin / _DARK_SKIN, _DARKER), _LEAST), 1.0)
+            return strength
+        return strength * min(max(math.pow(self.skin / _DARK_SKIN, _DARKER), _LEAST), 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
