@@ -12,7 +12,7 @@ from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.offline.looks import process_looks
 from makeup_video.pipeline.offline.process import process_video
-from makeup_video.pipeline.offline.report import Report, size_in_words
+from makeup_video.pipeline.offline.report import Outcome, Report, size_in_words
 from makeup_video.pipeline.offline.settings import Settings
 
 # Inode, size and time of change: by these a file differs from another one of its name.
@@ -50,22 +50,22 @@ class Job:
         return tuple(one.output for one in self.looks)
 
     def only(self, outputs: set[str]) -> "Job":
-        """The same job for some of its outputs."""
+        """Return this job for some of its outputs alone."""
         kept = [at for at, one in enumerate(self.looks) if one.output in outputs]
         looks = tuple(self.looks[at] for at in kept)
         return replace(self, looks=looks, was=tuple(self.was[at] for at in kept if self.was))
 
     def at_full_paths(self) -> "Job":
-        """The same job for a process in another folder."""
+        """Return this job for a process in another folder."""
         outputs = (replace(one, output=os.path.abspath(one.output)) for one in self.looks)
         return replace(self, source=os.path.abspath(self.source), looks=tuple(outputs))
 
     def again(self) -> "Job":
-        """The same job for another machine, which keeps what the lost one has finished."""
+        """Return this job for another machine, which keeps what the lost one has finished."""
         return replace(self, attempt=self.attempt + 1)
 
     def moved(self, source: str, outputs: Sequence[str]) -> "Job":
-        """The same job on other files, none of which is there yet but the source."""
+        """Return this job on other files, of which only the source exists yet."""
         looks = zip(self.looks, outputs, strict=True)
         return replace(
             self,
@@ -76,11 +76,11 @@ class Job:
         )
 
     def brought_back(self, results: "list[Result]") -> "tuple[list[Result], list[int]]":
-        """The results of this job as `moved`, and the places of whole outputs."""
+        """Return the results of this job as `moved`, and the places of whole outputs."""
         return results, [at for at, one in enumerate(results) if isinstance(one, Done)]
 
     def without(self, results: "list[Result]", at: int, error: MakeupVideoError) -> "list[Result]":
-        """The results where the output at this place could not be kept."""
+        """Return the results where the output at this place could not be kept."""
         failed = Failed(self.looks[at].output, error)
         return [failed if place == at else one for place, one in enumerate(results)]
 
@@ -150,7 +150,7 @@ def run_job(job: Job, report: Callable[[JobProgress], None]) -> list[Result]:
     return results
 
 
-def _paint(job: Job, report: Callable[[JobProgress], None]) -> dict[str, Report | MakeupVideoError]:
+def _paint(job: Job, report: Callable[[JobProgress], None]) -> dict[str, Outcome]:
     names = {Path(one.output): one.name for one in job.looks}
     if len(job.looks) == 1:
         (only,) = job.looks

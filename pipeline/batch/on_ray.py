@@ -1,4 +1,4 @@
-"""Jobs on the machines of a Ray cluster: those of a batch, or the segments of a film. Needs the
+"""Jobs on the machines of a Ray cluster: those of a batch, or the segments of a video. Needs the
 extra `ray`.
 
 A job is a Ray task with its CPUs declared. What it reports comes back as the items of its
@@ -34,7 +34,7 @@ from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.offline.settings import Settings
 from ray.exceptions import RayError, RayTaskError
 
-_CPUS = 2  # one film keeps two cores busy
+_CPUS = 2  # one video keeps two cores busy
 _ATTEMPTS = 3  # a job whose machine is lost is tried twice more
 _CONNECT_SECONDS = 8.0
 _PIECE_BYTES = 16_000_000  # of a file that is shipped

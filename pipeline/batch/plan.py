@@ -10,8 +10,19 @@ from pathlib import Path
 from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook, Result
 from makeup_video.pipeline.batch.journal import Entry, Journal, identity, result_of
 from makeup_video.pipeline.batch.thumbnails import thumbnails
-from makeup_video.pipeline.errors import InputError, MakeupVideoError, UsageError, option
-from makeup_video.pipeline.files.output_file import check_place, part_of, target_of
+from makeup_video.pipeline.errors import (
+    InputError,
+    MakeupVideoError,
+    OutputError,
+    UsageError,
+    option,
+)
+from makeup_video.pipeline.files.output_file import (
+    check_place,
+    is_too_long,
+    part_path,
+    target_of,
+)
 from makeup_video.pipeline.files.part_file import remove_ended
 from makeup_video.pipeline.images.picture_file import decode_picture, is_picture, read_bytes
 from makeup_video.pipeline.media.probe import declared_frames, plays
@@ -20,22 +31,23 @@ _ENDS_WITHIN_SECONDS, _AGAIN_SECONDS = 10.0, 0.2
 
 
 @dataclass(slots=True)
-class Plan:
+class BatchPlan:
     """todo: jobs with the looks that are left.  known: results of earlier runs, by output."""
 
     todo: list[Job] = field(default_factory=list)
     known: dict[str, Result] = field(default_factory=dict)
 
 
-def plan_batch(jobs: Iterable[Job], journal: Journal, *, retry: bool, overwrite: bool) -> Plan:
+def plan_batch(jobs: Iterable[Job], journal: Journal, *, retry: bool, overwrite: bool) -> BatchPlan:
     """Compare the jobs with the journal and with the files that are there.
 
     Work that was done is checked by its size and by reading the file. Parts that a killed run left
-    are removed. Raises UsageError, OutputError for an output whose place is not free.
+    are removed. An output whose name is too long is a job of its own, which fails alone.
+    Raises UsageError, OutputError for an output whose place is not free.
     """
-    plan = Plan()
+    plan = BatchPlan()
     for job in jobs:
-        left = set()
+        left, hopeless = set(), set()
         for look in job.looks:
             entry = journal.entry(job, look)
             result = None if entry is None else _known(job, look, entry, journal, retry=retry)
@@ -45,12 +57,16 @@ def plan_batch(jobs: Iterable[Job], journal: Journal, *, retry: bool, overwrite:
                 plan.known[look.output] = result
                 continue
             if entry is not None:
-                _remove_part(part_of(target_of(Path(look.output))))
+                _remove_part(part_path(target_of(Path(look.output))))
             is_of_other_work = entry is None and journal.knows(look.output)
-            _check_place(job, look, overwrite, is_of_other_work)
-            left.add(look.output)
-        if left:
-            plan.todo.append(job.only(left))
+            try:
+                _check_place(job, look, overwrite, is_of_other_work)
+                left.add(look.output)
+            except OutputError as error:
+                if not is_too_long(error):
+                    raise
+                hopeless.add(look.output)
+        plan.todo += [job.only(outputs) for outputs in (left, hopeless) if outputs]
     return plan
 
 
@@ -153,7 +169,7 @@ def check_inputs_apart(jobs: Sequence[Job], files: Iterable[str] = ()) -> None:
     for job in jobs:
         for look in job.looks:
             place = target_of(Path(look.output))
-            for taken in (place, part_of(place)):
+            for taken in (place, part_path(place)):
                 if (read := inputs.get(os.path.realpath(taken))) is not None:
                     raise UsageError(
                         f"the output {look.output} would replace {read}, which this batch reads: "

@@ -24,7 +24,7 @@ _CALL = {
 
 
 def is_cluster(host: str, port: int, seconds: float) -> bool:
-    """Whether what answers within `seconds` tells the id of a Ray cluster.
+    """Whether what answers within `seconds` gives the id of a Ray cluster.
 
     Raises OSError for what cannot be reached or stays silent, OverflowError for a wrong port.
     """

@@ -14,11 +14,11 @@ from makeup_video.pipeline.engine.jobs import Worker, run_jobs
 from makeup_video.pipeline.engine.machine import cores, free_memory_bytes
 from makeup_video.pipeline.engine.processes import ChildProcess
 from makeup_video.pipeline.errors import MakeupVideoError, UsageError, WorkerError, option
-from makeup_video.pipeline.files.output_file import part_of, target_of
+from makeup_video.pipeline.files.output_file import part_path, target_of
 from makeup_video.pipeline.files.part_file import remove_ended
 
 _MEMORY_SHARE = 0.5  # of the free memory, for the encoders of all jobs
-_JOB_BYTES = 1_500_000_000  # what painting some looks of a film at 1080p holds
+_JOB_BYTES = 1_500_000_000  # what painting some looks of a video at 1080p holds
 
 
 class BatchEvents(Protocol):
@@ -31,7 +31,7 @@ class BatchEvents(Protocol):
 def local_workers(count: int | None = None) -> list[Worker]:
     """Processes of this machine; None: one for every two cores, fewer where memory is short.
 
-    One film keeps two cores busy. Raises UsageError for less than one.
+    One video keeps two cores busy. Raises UsageError for less than one.
     """
     if count is None:
         by_memory = int(free_memory_bytes() / _JOB_BYTES)
@@ -110,4 +110,4 @@ class _Run:
 
 def _remove_part(output: str) -> None:
     with contextlib.suppress(MakeupVideoError, OSError):
-        remove_ended(part_of(target_of(Path(output))))
+        remove_ended(part_path(target_of(Path(output))))

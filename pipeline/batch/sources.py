@@ -19,7 +19,8 @@ def inputs_of(given: Sequence[str], written: Sequence[Path] = ()) -> list[str]:
     """The files that are meant, each once, in the order given; those of a folder by name.
 
     A folder means its videos and pictures, not those of folders in it. A pattern such as
-    'clips/**/*.mp4' means every file that it matches.
+    'clips/**/*.mp4' means every file that it matches. Of a file and links to it the file counts; a
+    link that leads nowhere counts, too, so that its job fails alone.
     written: outputs of this batch, which may lie in the same folder; they are no inputs, and
     neither are parts of outputs. A file that is given by its name counts even if it does not exist,
     since its job then fails alone; and so does an output of this batch, unless other files are
@@ -36,7 +37,10 @@ def inputs_of(given: Sequence[str], written: Sequence[Path] = ()) -> list[str]:
         if files != [one]:
             files = [file for file in files if _is_input(file, outputs)]
         for file in files:
-            found.setdefault(os.path.realpath(file), file)
+            place = os.path.realpath(file)
+            if place in found and os.path.islink(found[place]) and not os.path.islink(file):
+                del found[place]  # the file itself is meant, with its own name and place
+            found.setdefault(place, file)
     others = {place: file for place, file in found.items() if place not in outputs}
     found = others or found
     if not outputs and not any(map(os.path.lexists, found)):
@@ -59,7 +63,7 @@ def _files_of(given: str) -> list[str]:
             files = sorted(
                 entry.path
                 for entry in os.scandir(given)
-                if entry.is_file() and not entry.name.startswith(".")
+                if _may_be_file(entry.path) and not entry.name.startswith(".")
             )
         except OSError as error:
             raise InputError(
@@ -68,7 +72,12 @@ def _files_of(given: str) -> list[str]:
         return [file for file in files if os.path.splitext(file)[1].lower() in _ENDS]
     if os.path.lexists(given) or not glob.has_magic(given):
         return [given]
-    return sorted(file for file in glob.glob(given, recursive=True) if os.path.isfile(file))
+    return sorted(filter(_may_be_file, glob.glob(given, recursive=True)))
+
+
+def _may_be_file(path: str) -> bool:
+    """True for a file and for a link that leads nowhere."""
+    return os.path.isfile(path) or not os.path.exists(path)
 
 
 def _is_input(file: str, outputs: set[str]) -> bool:

@@ -5,6 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from makeup_video.pipeline.errors import DecodeError, InputError
+from makeup_video.pipeline.frames.rgb import eight_bits
 from makeup_video.pipeline.images.heif import is_heif
 from makeup_video.pipeline.images.picture_file import decode_picture, is_picture, read_bytes
 from makeup_video.pipeline.media.probe import picture_at
@@ -45,8 +46,7 @@ def _picture(path: Path) -> np.ndarray:
     data = read_bytes(path)
     if is_heif(data):
         stored, _ = decode_picture(data, path)
-        eight = stored if stored.dtype == np.uint8 else (stored / 257 + 0.5).astype(np.uint8)
-        return eight[..., :3]
+        return eight_bits(stored)[..., :3]
     upright = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
     if upright is None:
         raise DecodeError(f"{path} cannot be decoded")

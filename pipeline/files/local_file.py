@@ -23,6 +23,11 @@ def local_file(path: str | os.PathLike[str], wanted: str = _ANY) -> Path:
         if not file.exists():
             if "://" in str(path):
                 raise InputError(f"{path} is an address: give a {wanted} file on this machine")
+            if file.is_symlink():
+                raise InputError(
+                    f"{path} is a link to {os.readlink(file)}, which does not exist: give a "
+                    f"{wanted} file on this machine"
+                )
             raise InputError(f"{path} does not exist: give a {wanted} file on this machine")
         if not file.is_file():
             raise InputError(f"{path} is not an ordinary file: give a {wanted} file")

@@ -9,6 +9,7 @@ from pathlib import Path
 import av
 from makeup_video.pipeline.errors import MakeupVideoError, OutputError, UsageError, option
 from makeup_video.pipeline.files.part_file import PartFile, check_part
+from makeup_video.pipeline.files.template import Origin, field_between
 
 _OVERWRITE = option("overwrite", True)
 _DISK_ADVICE = {
@@ -29,18 +30,24 @@ def target_of(path: Path) -> Path:
     """
     if "\0" in str(path):
         raise OutputError(f"the output {str(path)!r} has a NUL in its name: leave it out")
-    return Path(os.path.realpath(path)) if path.is_symlink() else path
+    # os.path: a name that is too long for a file is no link, and no error here
+    return Path(os.path.realpath(path)) if os.path.islink(path) else path
 
 
-def part_of(path: Path) -> Path:
+def part_path(path: Path) -> Path:
     """The name under which an output is written: NAME.part.EXT beside it."""
     return path.with_name(f"{path.stem}.part{path.suffix}")
+
+
+def is_too_long(error: MakeupVideoError) -> bool:
+    """True for the error of `check_place` or OutputFile about a name that is too long."""
+    return isinstance(error.__cause__, OSError) and error.__cause__.errno == errno.ENAMETOOLONG
 
 
 def keep_apart(output: Path, read: Path) -> None:
     """Raises UsageError when `output` would replace a file that the run only reads."""
     place = target_of(output)
-    for taken in (place, part_of(place)) if place.name else ():
+    for taken in (place, part_path(place)) if place.name else ():
         if _is_same_file(taken, read):
             raise UsageError(
                 f"the output {output} would replace {read}, which this run reads: choose another "
@@ -48,26 +55,33 @@ def keep_apart(output: Path, read: Path) -> None:
             )
 
 
-def check_apart(outputs: Sequence[Path], where: Sequence[str] = ()) -> None:
+def check_apart(outputs: Sequence[Path], origins: Sequence[Origin] = ()) -> None:
     """Raises UsageError for two outputs that are one file.
 
-    where: for each output what asks for it, such as a row of a list; "" for nothing to name.
+    origins: what each output is made of, where its name is that of a template.
     """
     places: dict[str, int] = {}
     for at, output in enumerate(outputs):
-        # case does not count: some disks do not tell A from a
+        # case does not count: some disks do not distinguish A from a
         place = os.path.realpath(target_of(output)).lower()
         first = places.setdefault(place, at)
         if first == at:
             continue
-        rows = [where[one] for one in (first, at) if where and where[one]]
-        of_rows = f" ({' and '.join(rows)})" if rows else ""
+        whose, advice = _apart(origins[first], origins[at]) if origins else ("", "")
         raise UsageError(
-            f"two outputs have the name {output}{of_rows}: give each its own"
+            f"two outputs have the name {output}{whose}: give each its own{advice}"
             if outputs[first] == output
-            else f"two outputs are one file: {outputs[first]} and {output}{of_rows}; give each its "
-            "own"
+            else f"two outputs are one file: {outputs[first]} and {output}{whose}; give each its "
+            f"own name{advice}"
         )
+
+
+def _apart(one: Origin, other: Origin) -> tuple[str, str]:
+    """(what two outputs of one name are made of, the field that distinguishes them), in words."""
+    pairs = (one.row or one.source, other.row or other.source), (one.look, other.look)
+    whose = next((f" ({' and '.join(pair)})" for pair in pairs if len({"", *pair}) == 3), "")
+    field = field_between(one, other)
+    return whose, "" if field is None else f", for example with {{{field}}}"
 
 
 def check_place(output: str, source: Path | None, *, overwrite: bool) -> None:
@@ -80,7 +94,7 @@ def check_place(output: str, source: Path | None, *, overwrite: bool) -> None:
     with write_errors(Path(output)):
         path = target_of(Path(output))
         _check(path, source, overwrite)
-        _check_part(part_of(path), source, overwrite)
+        _check_part(part_path(path), source, overwrite)
 
 
 class OutputFile:
@@ -103,7 +117,7 @@ class OutputFile:
         self._on_whole = on_whole
         with write_errors(path):
             self.path = target_of(path)
-            self.part = part_of(self.path)
+            self.part = part_path(self.path)
             self._overwrite = overwrite
             _check(self.path, source, overwrite)
             _check_part(self.part, source, overwrite)

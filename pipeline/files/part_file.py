@@ -97,6 +97,8 @@ def check_part(path: Path, overwrite: bool) -> None:
             f"{path}, where the output would be written, is no file: choose another output"
         )
     if not overwrite:
+        if stat.S_ISREG(kind) and _is_locked(path):
+            raise _busy(path)
         raise UsageError(
             f"{path} exists, perhaps from a run that was stopped: add "
             f"{option('overwrite', True)} to overwrite it"
@@ -108,6 +110,8 @@ def remove_ended(path: Path) -> None:
 
     Raises UsageError when the run has not ended.
     """
+    if not os.path.lexists(path):  # nor does a name exist that is too long for a file
+        return
     with contextlib.suppress(FileNotFoundError):
         check_part(path, overwrite=True)
         _remove_old(path)
@@ -161,11 +165,23 @@ def lock_file(fd: int) -> bool:
         return True
     try:
         fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except (BlockingIOError, PermissionError):  # NFS tells of another's lock by the second
+    except (BlockingIOError, PermissionError):  # NFS raises the second for another run's lock
         return False
     except OSError:
         return True
     return True
+
+
+def _is_locked(path: Path) -> bool:
+    """True for the file of a run that has not ended; False where that cannot be known."""
+    try:
+        fd = os.open(path, _OLD)
+    except OSError:
+        return False
+    try:
+        return not lock_file(fd)
+    finally:
+        os.close(fd)
 
 
 def _is_at(path: Path, fd: int) -> bool:

@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from string import Formatter
+from typing import NamedTuple
 
 from makeup_video.pipeline.errors import UsageError, option
 
@@ -20,6 +21,19 @@ FIELDS: Mapping[str, str] = {
 OF_LOOKS = ("look", "brand", "product", "shade")  # fields that differ from look to look
 # Characters that some file system does not allow in a name.
 _NOT_IN_NAMES = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|]+')
+
+
+class Origin(NamedTuple):
+    """What an output is made of, for its name and for messages about that.
+
+    values: of the fields that a template may have.  source: the input.  look: the look's name, or
+    the file and line of its row.  row: of a list of jobs, that of the input; empty for none.
+    """
+
+    values: Mapping[str, str]
+    source: str
+    look: str
+    row: str = ""
 
 
 class Template:
@@ -41,17 +55,18 @@ class Template:
                 raise UsageError(f"{option('output')} has {{{shown}}}: {_KNOWN}")
             self.fields.append(field)
 
-    def fill(self, values: Mapping[str, str]) -> Path:
-        """The name for these values of the fields; characters that no file name has become "-".
+    def fill(self, origin: Origin) -> Path:
+        """The name for values of the fields; characters that no file name has become "-".
 
         Raises UsageError for a field whose value is missing or empty.
         """
-        clean = {name: in_name(value) for name, value in values.items()}
-        whose = clean.get("look") or clean.get("name") or "this output"
+        clean = {name: in_name(value) for name, value in origin.values.items()}
         for field in self.fields:
             if not clean.get(field):
+                whose = origin.look or "the look" if field in OF_LOOKS else origin.source
                 raise UsageError(
-                    f"{option('output')} has {{{field}}}, {FIELDS[field]}, and {whose} has none"
+                    f"{option('output')} has {{{field}}}, {FIELDS[field]}, and {whose} has none: "
+                    "choose another field"
                 )
         return Path(self.text.format(**clean))
 
@@ -75,6 +90,15 @@ def _fields_of(text: str) -> list[tuple[str, str, str]]:
             f"{option('output')} has a brace without its partner: {text!r}; {_KNOWN}"
         ) from None
     return [(field, detail or "", way or "") for field, detail, way in parts if field is not None]
+
+
+def field_between(one: Origin, other: Origin) -> str | None:
+    """The first field whose values distinguish two outputs; None where there is none."""
+    for field in FIELDS:
+        values = [in_name(origin.values.get(field, "")).casefold() for origin in (one, other)]
+        if all(values) and values[0] != values[1]:
+            return field
+    return None
 
 
 def in_name(text: str) -> str:

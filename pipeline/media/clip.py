@@ -1,4 +1,4 @@
-"""The part of a film that is kept: its packets and chapters move, all others are dropped."""
+"""The part of a video that is kept: its packets and chapters move, all others are dropped."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -13,7 +13,7 @@ _ZERO = Fraction(0)
 class Clip:
     """A span of the source's clock, in seconds.
 
-    start, end: None where the clip begins or ends with the film.
+    start, end: None where the clip begins or ends with the video.
     shift: subtracted from every time, so that the clip begins at 0.
     """
 
@@ -40,7 +40,7 @@ class Clip:
             return False
         stop = seconds + (packet.duration or 0) * base
         is_before = stop <= self.shift if is_text else seconds < self.shift
-        # of a film of which nothing is cut, a late clock leaves out only subtitles
+        # of a video of which nothing is cut, a late clock leaves out only subtitles
         if is_before and (self.start is not None or (is_text and self.shift > 0)):
             return is_cover(packet.stream)
         if is_text and self.end is not None:

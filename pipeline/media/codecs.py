@@ -7,10 +7,9 @@ large library.
 import os
 import re
 from collections.abc import Callable
-from difflib import get_close_matches
 from typing import NamedTuple
 
-from makeup_video.pipeline.errors import UsageError, option
+from makeup_video.pipeline.errors import UsageError, closest, option
 
 CONTAINERS = {
     ".mp4": "mp4",
@@ -24,7 +23,6 @@ MATROSKA = ("matroska", "webm")  # one format, two names
 # HEVC in mp4 and mov has two names. Apple's players need "hvc1", which promises that the parameter
 # sets are in the header alone; FFmpeg writes the other, "hev1".
 APPLE_HEVC = "hvc1"
-_ALIKE = 0.7  # of difflib: a name this close to a codec's is a mistyped one
 
 
 class HdrParameters(NamedTuple):
@@ -59,9 +57,9 @@ class VideoCodec(NamedTuple):
     parameters: the option that hands name=value parameters to the encoder's library.
     quiet: parameters that stop the library from printing.  quiet_environment: (variable, value)
     pairs for a library that reads its log level from the environment.
-    bottom_first: the parameter for films that show the bottom field first.
+    bottom_first: the parameter for videos that show the bottom field first.
     hdr: None where the encoder cannot carry static HDR10 metadata.  captions: it can carry closed
-    captions.
+    captions.  stereo: it can carry how the views of stereo 3D are packed.
     live_preset: the default preset of recordings, fast enough to be live; None: `preset`.
     live_options: (option, value) pairs for recordings, so that packets come out in order and
     without delay.
@@ -91,6 +89,7 @@ class VideoCodec(NamedTuple):
     bottom_first: tuple[str, ...] = ()
     hdr: HdrParameters | None = None
     captions: bool = False
+    stereo: bool = False
     live_preset: str | None = None
     live_options: tuple[tuple[str, str], ...] = ()
     also: tuple[str, ...] = ()
@@ -123,7 +122,7 @@ CODECS = {
             interlaced=True, whole_chroma=True,
             memory_mb_per_mpx=130,
             options=lambda crf, preset: {"crf": str(crf), "preset": preset},
-            parameters="x264-params", captions=True,
+            parameters="x264-params", captions=True, stereo=True,
             bottom_first=("bff=1",),  # x264 opens with the top field first
             hdr=HdrParameters("mastering-display", "cll", in_units=True),
             live_preset="superfast", live_options=(("bf", "0"),),
@@ -224,8 +223,8 @@ def _codec_of(name: str) -> VideoCodec:
     named = {_plain(word): codec for codec in CODECS.values() for word in (codec.name, *codec.also)}
     codec = named.get(_plain(name))
     if codec is None:
-        close = get_close_matches(_plain(name), named, 1, _ALIKE)
-        meant = f": did you mean {named[close[0]].name}?" if close else ""
+        close = closest(_plain(name), named)
+        meant = f": did you mean {named[close].name}?" if close else ""
         raise UsageError(
             f"{option('codec')} must be one of {', '.join(CODECS)}, got {name!r}{meant}"
         )

@@ -6,6 +6,7 @@ from fractions import Fraction
 from typing import Any, Protocol
 
 import av
+from av.video.frame import PictureType
 from makeup_video.pipeline.errors import DecodeError, StrictError, UsageError, option
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.display_matrix import turn_of
@@ -63,7 +64,7 @@ class StreamCopier(Protocol):
 class Decoder:
     """Iterates over the frames of `source` from start to end.
 
-    start_seconds, end_seconds: counted from where the file begins; None: the whole film.
+    start_seconds, end_seconds: counted from where the file begins; None: the whole video.
     segment: keeps the pictures of a segment instead; no packet of another stream is read.
     threads: of FFmpeg's decoder; 0: FFmpeg's choice.
     muxer: gets every packet of every other stream, in the order of the file, on the same thread.
@@ -104,7 +105,7 @@ class Decoder:
 
     def frames(self) -> Generator[Frame, None, None]:
         """Raises DecodeError when nothing can be decoded or the picture's size changes, and
-        UsageError when the film ends before `start_seconds` or begins after `end_seconds`."""
+        UsageError when the video ends before `start_seconds` or begins after `end_seconds`."""
         if self.trim.start is not None:
             for packet in (
                 () if self._streams else subtitles_on_screen(self.source, self.trim.start)
@@ -147,8 +148,8 @@ class Decoder:
         ]
 
     def close(self) -> None:
-        """Read no more. A film that is not read to its end would keep this decoder in memory, since
-        `packets` refers to it, until Python looks for garbage."""
+        """Read no more. A video that is not read to its end would keep this decoder in memory until
+        Python looks for garbage, since `packets` refers to it."""
         self.packets.close()
 
     def _read(self) -> Generator[Any, None, None]:
@@ -227,7 +228,8 @@ class Decoder:
                 self.muxer.dropped += self.convert.dropped
                 self._refuse_changes()
             self.stats.frames += 1
-            picture.pict_type = 0  # the source's I/P/B choices must not become the encoder's
+            # the source's I/P/B choices must not become the encoder's
+            picture.pict_type = PictureType.NONE
             picture.pts, picture.time_base = int(seconds / base), base
             picture.duration = int(duration / base)
             self._last = seconds, max(1, picture.duration)

@@ -1,4 +1,4 @@
-"""The length of a film, and a check that a run's start lies within it."""
+"""The length of a video, and a check that a run's start lies within it."""
 
 from fractions import Fraction
 
@@ -8,10 +8,10 @@ from makeup_video.pipeline.media.input_file import VideoSource, packets_of
 
 
 def check_start(source: VideoSource, start_seconds: Fraction | None) -> None:
-    """Raises UsageError when the film ends before `start_seconds`.
+    """Raises UsageError when the video ends before `start_seconds`.
 
     Seconds count from where a player begins. A container that does not declare its length passes.
-    A header may be wrong, so a film that seems too short is read from the last key frame on.
+    A header may be wrong, so a video that seems too short is read from the last key frame on.
     """
     length = _length_seconds(source)
     if start_seconds is None or length is None or start_seconds < length:

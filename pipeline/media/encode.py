@@ -17,6 +17,7 @@ from makeup_video.pipeline.media.codecs import CODECS, MATROSKA, VideoCodec, cod
 from makeup_video.pipeline.media.hardware import add_stream, handed_format
 from makeup_video.pipeline.media.hdr import hdr_parameters
 from makeup_video.pipeline.media.input_file import VideoSource
+from makeup_video.pipeline.media.sample_description import DOLBY_VISION, lost_descriptions
 from makeup_video.pipeline.media.scheduling import open_encoder
 from makeup_video.pipeline.media.side_data import lost_side_data
 
@@ -90,7 +91,7 @@ class VideoEncoder:
         if self._stream is None:
             return
         deadline = time.monotonic() + _STOP_SECONDS
-        for packet in self._encode(None):  # the whole film, when it is shorter than the look-ahead
+        for packet in self._encode(None):  # the whole video, when it is shorter than the look-ahead
             self._write(packet)
             if stopped and time.monotonic() > deadline:
                 break
@@ -190,7 +191,13 @@ class VideoEncoder:
 
     def _keep_hdr(self, frame: Frame) -> None:
         parameters, lost = hdr_parameters(frame.picture, self.codec)
-        self.muxer.dropped += lost + lost_side_data(frame.picture, self.codec)
+        lost += lost_side_data(frame.picture, self.codec)
+        has_dolby_vision = any(DOLBY_VISION in text for text in lost)  # one line of it is enough
+        self.muxer.dropped += lost + [
+            text
+            for text in lost_descriptions(self.source)
+            if not (has_dolby_vision and DOLBY_VISION in text)
+        ]
         add_parameters(self.options, self.codec, parameters)
 
 

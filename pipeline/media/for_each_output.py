@@ -1,4 +1,4 @@
-"""What several outputs of one film share: each gets its own copies of frames and packets."""
+"""What several outputs of one video share: each gets its own copies of frames and packets."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -51,7 +51,7 @@ class CopyFrames:
 
 
 class CopyToAll:
-    """Takes the packets of a film's other streams to several outputs; see StreamCopier.
+    """Takes the packets of a video's other streams to several outputs; see StreamCopier.
 
     dropped: what holds for all outputs.
     errors: what ended each output, None where nothing did; such an output gets no more packets. An

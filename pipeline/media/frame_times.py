@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 import av
 from makeup_video.pipeline.media.input_file import VideoSource
 
-_LONGEST_SECONDS = 2**52  # no film lasts that long; in milliseconds it still fits into 64 bits
+_LONGEST_SECONDS = 2**52  # no video lasts that long; in milliseconds it still fits into 64 bits
 _LITTLE_SECONDS = 1  # what is further behind begins a clock anew
 
 

@@ -62,11 +62,11 @@ HARDWARE = {
 }  # fmt: skip
 
 
-class Wanted(NamedTuple):
-    """What a film needs of an encoder.
+class EncoderNeeds(NamedTuple):
+    """What a video needs of an encoder.
 
     size_wh, pix_fmt: of the pictures.  crf, preset: as asked for, None: the default.
-    depth: bits a sample; None: those usual for the codec.  interlaced: the film has fields.
+    depth: bits a sample; None: those usual for the codec.  interlaced: the video has fields.
     """
 
     size_wh: tuple[int, int]
@@ -85,7 +85,7 @@ def check_hardware(name: str) -> None:
         )
 
 
-def pick_encoder(codec: VideoCodec, name: str, wanted: Wanted) -> tuple[VideoCodec, str]:
+def pick_encoder(codec: VideoCodec, name: str, wanted: EncoderNeeds) -> tuple[VideoCodec, str]:
     """The codec with the encoder to use, and a line about the choice; "" where none was asked for.
 
     name: "none", "auto" for the first encoder that works and else the codec's own, or one of
@@ -131,6 +131,7 @@ def on_hardware(codec: VideoCodec, hardware: Hardware) -> VideoCodec | None:
         device=hardware.device,
         interlaced=False,
         hdr=None,
+        stereo=False,
         parameters="",
         quiet=(),
         bottom_first=(),
@@ -147,14 +148,14 @@ def hardware_found() -> Iterator[tuple[str, str]]:
     """By name in HARDWARE, the encoders that work on this machine."""
     for hardware in HARDWARE.values():
         rows = [on_hardware(codec, hardware) for codec in CODECS.values()]
-        wanted = Wanted(_TRIED_WH, _EIGHT_BITS[0])
+        wanted = EncoderNeeds(_TRIED_WH, _EIGHT_BITS[0])
         working = [row.encoder for row in rows if row and not _why_not(row, wanted, is_named=False)]
         if working:
             yield hardware.name, ", ".join(working)
 
 
-def _why_not(row: VideoCodec, wanted: Wanted, *, is_named: bool) -> str:
-    """Why this encoder cannot encode the film; "" when it can.
+def _why_not(row: VideoCodec, wanted: EncoderNeeds, *, is_named: bool) -> str:
+    """Why this encoder cannot encode the video; "" when it can.
 
     is_named: a preset or depth that it lacks is the user's error, and raises UsageError.
     """

@@ -50,7 +50,7 @@ def _lost_dynamic(picture: av.VideoFrame) -> list[str]:
 
 
 def light_levels(picture: av.VideoFrame) -> tuple[float | None, float | None]:
-    """The film's brightest pixel and its mastering display's peak, in cd/m2; None: not declared."""
+    """Return the brightest pixel and the mastering display's peak, cd/m2; None if unknown."""
     light = side_data(picture, "CONTENT_LIGHT_LEVEL")
     display = side_data(picture, "MASTERING_DISPLAY_METADATA")
     brightest = None if light is None else float(struct.unpack("I", light[:4])[0])

@@ -12,6 +12,7 @@ import av
 from av.stream import Disposition
 from makeup_video.pipeline.errors import DecodeError, InputError
 from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.media.mp4_boxes import lacks_index
 
 # Containers and bare streams only. A playlist (hls, concat, dash, sdp) would make FFmpeg open files
 # or addresses that the user never named, and a list of protocols alone does not prevent that.
@@ -54,7 +55,7 @@ class VideoSource:
     _reopened: list[Any] = field(default_factory=list, repr=False)
 
     def decoder_of(self, stream: Any) -> Any:
-        """A decoder of one of the file's streams, for one output alone: a decoder keeps a state.
+        """Return a decoder of one of the file's streams, for one output alone, as it keeps a state.
 
         Several outputs of one run convert the same packets, each with a decoder of its own. The
         first call returns the stream's own decoder, each later one that of the file opened again.
@@ -137,6 +138,11 @@ def open_container(path: Path) -> Any:
             container = _opened(path, **_LOOK_FURTHER)
         return container
     except (av.FFmpegError, ValueError) as error:
+        if _lacks_index(path):
+            raise InputError(
+                f"{path} has no index: this mp4 or mov is still being written, was never finished, "
+                "or was cut short. Wait until it is whole, copy it again, or repair it"
+            ) from error
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(
             f"{path} is not a video or picture file that can be read ({reason}); "
@@ -154,6 +160,13 @@ def _opened(path: Path, **more: str) -> Any:
         container_options=options | more,
         metadata_errors="replace",
     )
+
+
+def _lacks_index(path: Path) -> bool:
+    try:
+        return lacks_index(path)
+    except OSError:  # it is gone
+        return False
 
 
 def _begins_as_png(path: Path) -> bool:

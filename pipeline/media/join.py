@@ -1,4 +1,4 @@
-"""Joins painted segments and the source's other streams to one film, without encoding again."""
+"""Joins painted segments and the source's other streams to one video, without encoding again."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -17,7 +17,7 @@ _READ_AHEAD = 32
 
 
 def first_frame(decoder: Decoder, *, compare: bool) -> Frame:
-    """The film's first frame, as the encoder gets it but for the makeup.
+    """The video's first frame, as the encoder gets it but for the makeup.
 
     All segments open their encoder with this frame, so that their parameter sets are the same.
     Raises as Decoder.frames does.
@@ -86,7 +86,7 @@ class Join:
         packet = next(painted, None)
         if packet is not None:
             self._muxer.write(packet)
-        else:  # of a part of a film: what is left of the file need not be read
+        else:  # of a part of a video: what is left of the file need not be read
             self._decoder.trim.is_past_end = self._decoder.trim.end is not None
 
 
@@ -104,7 +104,7 @@ def decoding_times(files: Sequence[SegmentFile]) -> Iterator[int]:
     """The decoding time of each packet, in ticks: as one encoder would give them.
 
     x264 and x265 let a packet be decoded when the picture `delay` places before it is shown. Each
-    encoder begins with times made up for the first `delay` packets; of those only the film's own
+    encoder begins with times made up for the first `delay` packets; of those only the video's own
     first ones stay.
     """
     shown = sorted(time.pts for file in files for time in file.times)

@@ -9,6 +9,7 @@ Element ids and layout: RFC 8794 (EBML) and RFC 9559 (Matroska).
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 
 _SEGMENT, _SEEK_HEAD, _SEEK, _SEEK_ID, _SEEK_POSITION = (
@@ -17,6 +18,7 @@ _SEGMENT, _SEEK_HEAD, _SEEK, _SEEK_ID, _SEEK_POSITION = (
 _VOID, _CRC, _INFO, _TRACKS = b"\xec", b"\xbf", b"\x15\x49\xa9\x66", b"\x16\x54\xae\x6b"
 _ENTRY, _NUMBER, _VIDEO = b"\xae", b"\xd7", b"\xe0"
 _DISPLAY_WIDTH, _DISPLAY_HEIGHT, _DISPLAY_UNIT = b"\x54\xb0", b"\x54\xba", b"\x54\xb2"
+_RATIO = 3  # of the units of a display size
 _HEADER_BYTES = 1 << 20  # Tracks is near the beginning; this holds the codec headers of many tracks
 
 
@@ -30,9 +32,10 @@ class Element:
     end: int
 
 
-def set_display_size(path: Path, track_number: int, width_px: int, height_px: int) -> bool:
-    """Show Matroska's track `track_number` (1 is the first) at width x height.
+def set_display_size(path: Path, track_number: int, shown: tuple[int, int] | Fraction) -> bool:
+    """Show Matroska's track `track_number` (1 is the first) at a size, or in a ratio of both sides.
 
+    shown: (width, height) in pixels, or width / height.
     Only the header of the file changes, in place. False when it has no room for the change.
     """
     with path.open("r+b") as file:
@@ -48,7 +51,7 @@ def set_display_size(path: Path, track_number: int, width_px: int, height_px: in
         void, tracks = parts[_VOID], parts[_TRACKS]
         if tracks.end > len(data):
             return False
-        new_tracks = _element(_TRACKS, _with_size(data, tracks, track_number, width_px, height_px))
+        new_tracks = _element(_TRACKS, _with_size(data, tracks, track_number, _size_fields(shown)))
         grown = len(new_tracks) - (tracks.end - tracks.start)
         gap = void.end - void.start - grown
         if gap < 9:
@@ -61,7 +64,17 @@ def set_display_size(path: Path, track_number: int, width_px: int, height_px: in
     return True
 
 
-def _with_size(data: bytearray, tracks: Element, number: int, width: int, height: int) -> bytes:
+def _size_fields(shown: tuple[int, int] | Fraction) -> bytes:
+    if isinstance(shown, Fraction):
+        width, height = shown.as_integer_ratio()
+        unit = [(_DISPLAY_UNIT, _RATIO)]
+    else:
+        (width, height), unit = shown, []  # no unit means pixels
+    fields = [(_DISPLAY_WIDTH, width), (_DISPLAY_HEIGHT, height), *unit]
+    return b"".join(_element(name, number.to_bytes(4)) for name, number in fields)
+
+
+def _with_size(data: bytearray, tracks: Element, number: int, size: bytes) -> bytes:
     """The content of Tracks, with the display size added to one entry."""
     out = b""
     for entry in _children(data, tracks.content, tracks.end):
@@ -72,23 +85,22 @@ def _with_size(data: bytearray, tracks: Element, number: int, width: int, height
         if entry.id == _ENTRY and any(
             f.id == _NUMBER and int.from_bytes(data[f.content : f.end]) == number for f in fields
         ):
-            raw = _element(_ENTRY, b"".join(_field(data, f, width, height) for f in fields))
+            raw = _element(_ENTRY, b"".join(_field(data, f, size) for f in fields))
         out += raw
     has_crc = next(_children(data, tracks.content, tracks.end)).id == _CRC
     return _crc(out) + out if has_crc else out
 
 
-def _field(data: bytearray, field: Element, width: int, height: int) -> bytes:
+def _field(data: bytearray, field: Element, size: bytes) -> bytes:
     raw = bytes(data[field.start : field.end])
     if field.id != _VIDEO:
         return raw
     kept = b"".join(
         bytes(data[e.start : e.end])
         for e in _children(data, field.content, field.end)
-        if e.id not in (_DISPLAY_WIDTH, _DISPLAY_HEIGHT, _DISPLAY_UNIT)  # no unit means pixels
+        if e.id not in (_DISPLAY_WIDTH, _DISPLAY_HEIGHT, _DISPLAY_UNIT)
     )
-    size = [(_DISPLAY_WIDTH, width), (_DISPLAY_HEIGHT, height)]
-    return _element(_VIDEO, kept + b"".join(_element(i, n.to_bytes(4)) for i, n in size))
+    return _element(_VIDEO, kept + size)
 
 
 def _move_seeks(

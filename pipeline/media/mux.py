@@ -50,7 +50,7 @@ class Muxer:
         self._container: Any = None
         self._video: Any = None
         self._video_number = 0
-        self._shown_wh: tuple[int, int] | None = None
+        self._shown_wh: tuple[int, int] | Fraction | None = None
         self._others: OtherStreams
         self._sent: dict[int, SentStream] = {}
         self._covers: set[int] = set()
@@ -230,7 +230,7 @@ class Muxer:
     def finish(self, keep_part: bool = False) -> None:
         """Write the trailer and give the file its name.
 
-        keep_part: the film is not whole, so the file stays under the name of the part.
+        keep_part: the video is not whole, so the file stays under the name of the part.
         Raises StrictError for losses that show only while the file is read, OutputError when the
         file does not hold everything that was sent to it.
         """
@@ -274,7 +274,7 @@ class Muxer:
         """mp4 and mov take the aspect ratio from the encoder; Matroska's muxer needs help."""
         if self._shown_wh is None or self.format not in MATROSKA:
             return True
-        return set_display_size(self.target.own_path, self._video_number, *self._shown_wh)
+        return set_display_size(self.target.own_path, self._video_number, self._shown_wh)
 
     def abort(self) -> None:
         """Close and remove what was written. Never raises: it runs after another error."""

@@ -10,6 +10,7 @@ import av
 import numpy as np
 from av.codec.codec import find_best_pix_fmt_of_list
 from av.video.reformatter import ColorRange, Colorspace
+from makeup_video.kernels.colour import HLG, PQ
 from makeup_video.pipeline.errors import DecodeError, UsageError, option
 from makeup_video.pipeline.frames.colour_tags import HDR_TRANSFERS
 from makeup_video.pipeline.frames.frame import layout_of, plane_views
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 # Pixel formats whose 16-bit words have room for more than the bits of a sample.
 _ROOMY = re.compile(r"(yuva?\d{3}p|gbra?p|gray)(9|10|12|14)le")
-_TRANSFER_NAMES = {16: "PQ", 18: "HLG"}
+_TRANSFER_NAMES = {PQ: "PQ", HLG: "HLG"}
 
 
 def bits_of(pix_fmt: str) -> int:

@@ -1,5 +1,6 @@
 """Short looks into a video file: whether it plays, how many frames it has, one of its pictures."""
 
+from contextlib import closing
 from pathlib import Path
 
 import av
@@ -15,25 +16,19 @@ def plays(path: Path, frames: int | None = None) -> bool:
     frames: how many frames its header must declare, if it declares any; None: any number.
     """
     try:
-        source = open_video(path)
-        try:
+        with closing(open_video(path)) as source:
             declared = source.video.frames
             if frames is not None and declared and declared != frames:
                 return False
             return next(source.container.decode(source.video), None) is not None
-        finally:
-            source.close()
     except (InputError, av.FFmpegError):
         return False
 
 
 def declared_frames(path: Path) -> int:
-    """How many frames a video has, as far as its header tells. Raises InputError."""
-    source = open_video(path)
-    try:
+    """Return how many frames a video has by its header, 0 if unknown. Raises InputError."""
+    with closing(open_video(path)) as source:
         return source.expected_frames or 0
-    finally:
-        source.close()
 
 
 def picture_at(path: Path, start_seconds: float, latest_seconds: float) -> np.ndarray:
@@ -43,8 +38,7 @@ def picture_at(path: Path, start_seconds: float, latest_seconds: float) -> np.nd
     up to there are decoded.
     Returns (H, W, 3) uint8, B'G'R', upright. Raises InputError, DecodeError.
     """
-    source = open_video(path)
-    try:
+    with closing(open_video(path)) as source:
         first = float(source.start_seconds) + start_seconds
         last = None
         try:
@@ -61,5 +55,3 @@ def picture_at(path: Path, start_seconds: float, latest_seconds: float) -> np.nd
             raise DecodeError(f"{path} has no frame at {start_seconds:g} s")
         turned = np.rot90(last.to_ndarray(format="bgr24"), turn_of(last) // 90)
         return np.ascontiguousarray(turned)
-    finally:
-        source.close()

@@ -28,7 +28,7 @@ def same_scheduling() -> Iterator[None]:
     that policy, and on a few cores such threads leave no time to others. Does nothing on systems
     other than Linux.
     """
-    if not sys.platform.startswith("linux") or not os.path.isdir(_THREADS):
+    if sys.platform != "linux" or not os.path.isdir(_THREADS):
         yield
         return
     policy, priority = os.sched_getscheduler(_CALLER), os.sched_getparam(_CALLER)

@@ -2,7 +2,7 @@
 
 NUT stores the packets of most codecs unchanged, while mp4 and Matroska rewrite those of H.264, HEVC
 and AV1. Transparency of VP9 lies beside the packets, which only WebM and Matroska can hold, and
-ProRes is not known in NUT: such films take the output's own container, which stores those codecs
+ProRes is not known in NUT: such videos take the output's own container, which stores those codecs
 unchanged.
 """
 
@@ -72,7 +72,8 @@ class SegmentWriter:
 
     format: of the output in which the segments are joined; times are in its ticks.
     Packets of other streams are not taken.
-    dropped: what is lost from the first frame on, as the joined film tells, too.  later: the rest.
+    dropped: what is lost from the first frame on, which the joined video reports, too.
+    later: the rest.
     """
 
     strict = False

@@ -1,4 +1,4 @@
-"""Keeps the pictures that one segment of a film needs: its own, those before and a few after."""
+"""Keeps the pictures that one segment of a video needs: its own, those before and a few after."""
 
 from fractions import Fraction
 
@@ -11,7 +11,7 @@ class SegmentTrim(Trim[av.VideoFrame]):
     """Takes pictures in order of time and returns those from the run-up on.
 
     after_frames: how many pictures behind the segment are returned, for stages that look ahead.
-    Times keep their place in the film.
+    Times keep their place in the video.
     """
 
     def __init__(self, segment: Segment, after_frames: int, tick: Fraction) -> None:

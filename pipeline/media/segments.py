@@ -1,7 +1,7 @@
-"""Plans how a film is split: segments that begin at key frames, so that each can be painted alone.
+"""Plans how a video is split: segments that begin at key frames, so that each can be painted alone.
 
 A segment is decoded from some time before its first frame on, the run-up, so that whatever follows
-the film over time has settled when the segment begins.
+the video over time has settled when the segment begins.
 """
 
 from bisect import bisect_left
@@ -15,7 +15,7 @@ from makeup_video.pipeline.media.input_file import VideoSource, packets_of
 from makeup_video.pipeline.media.trim import STILL_SECONDS
 
 RUN_UP_SECONDS = 2
-_RUN_UP_FRAMES = 8  # at least, for films of few frames a second
+_RUN_UP_FRAMES = 8  # at least, for videos of few frames a second
 # of the wanted length: a shorter rest is painted with the segment before it
 _LEAST_REST = Fraction(1, 2)
 # Between the frames on both sides of a seam: Matroska rounds times to milliseconds, and they must
@@ -25,11 +25,11 @@ _LEAST_STEP_SECONDS = Fraction(2, 1000)
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A span of a film. Times are in ticks of the source.
+    """A span of a video. Times are in ticks of the source.
 
-    first: time of the first frame.  end: of the first frame after it, None at the end of the film.
-    run_up: time from which frames are decoded; None: from the beginning of the film.
-    shift: subtracted from every time, so that the film begins at 0, or not before it.
+    first: time of the first frame.  end: of the first frame after it, None at the end of the video.
+    run_up: time from which frames are decoded; None: from the beginning of the video.
+    shift: subtracted from every time, so that the video begins at 0, or not before it.
     is_last: no further segment follows, so that no frame behind `end` is seen.
     """
 
@@ -67,17 +67,17 @@ class Plan:
     obstacle: str = ""
 
 
-# Start and end of the part of a film that is kept, in seconds from where it begins.
+# Start and end of the part of a video that is kept, in seconds from where it begins.
 Part = tuple[Fraction | None, Fraction | None]
 
 
 def plan_segments(
     source: VideoSource, seconds: Fraction, part: Part = (None, None), *, run_up: bool = True
 ) -> Plan:
-    """Read the packets of a film, without decoding them, and choose where to split it.
+    """Read the packets of a video, without decoding them, and choose where to split it.
 
     seconds: the length of a segment; the next key frame ends it.  run_up: False where nothing
-    follows the film over time.
+    follows the video over time.
     """
     times, keys = [], []
     clock = ClockJumps(source)
@@ -119,10 +119,10 @@ def plan_segments(
 
 
 class _Kept:
-    """The frames that a part of a film keeps, as Trim keeps them.
+    """The frames that a part of a video keeps, as Trim keeps them.
 
     times: of the frames, in order.  begins_at, ends_at: of the first frame, and of the first one
-    behind the part; None where the film begins and ends.
+    behind the part; None where the video begins and ends.
     """
 
     def __init__(self, source: VideoSource, times: list[int], part: Part) -> None:
@@ -159,7 +159,7 @@ def _is_apart(times: list[int], key: int, tick: Fraction) -> bool:
 
 
 def _starts(times: list[int], keys: list[int], ticks: Fraction) -> list[int]:
-    """The time of each segment's first frame: the film's, then key frames `ticks` or more apart."""
+    """Return when each segment begins: the video's start, then key frames `ticks` or more apart."""
     starts = [times[0]]
     for key in keys:
         if key - starts[-1] >= ticks and times[-1] - key >= ticks * _LEAST_REST:

@@ -15,8 +15,8 @@ from makeup_video.pipeline.frames.side_data import side_data
 class SideBySide:
     """Wraps a stage that returns a Frame: the new frame shows the old one and the stage's result.
 
-    The viewer sees the untouched picture on the left; in a film that is stored turned by 90 degrees
-    the halves are stacked. Where a half would end within a chroma sample (odd sizes), its last
+    The viewer sees the untouched picture on the left; in a video stored turned by 90 degrees, the
+    halves are stacked. Where a half would end within a chroma sample (odd sizes), its last
     column or row is repeated up to whole samples.
     """
 

@@ -1,6 +1,7 @@
 """What an output container can hold of a source's streams and tags, and in which form."""
 
 import io
+from fractions import Fraction
 from typing import Any
 
 import av
@@ -32,16 +33,23 @@ _UNSAID = {
     | Disposition.hearing_impaired | Disposition.visual_impaired,
 }  # fmt: skip
 _LEAST_TICKS = 10_000  # per second: of the coarsest clock of edit lists
+_MOST_OF_A_RATIO = 1 << 16  # so that both numbers of a display ratio have 32 bits
 _USUAL_LAYOUTS = {1: "mono", 2: "stereo", 3: "2.1", 4: "quad", 5: "5.0", 6: "5.1", 8: "7.1"}
 
 
-def shown_wh(video: Any, source: VideoSource) -> tuple[int, int] | None:
-    """The size at which a film of non-square pixels is shown; None for square pixels."""
+def shown_wh(video: Any, source: VideoSource) -> tuple[int, int] | Fraction | None:
+    """The size at which a video of non-square pixels is shown; None for square pixels.
+
+    Where that would be no whole number of pixels: the ratio of width to height.
+    """
     aspect = source.video.sample_aspect_ratio
     if not aspect or aspect == 1:
         return None
     context = video.codec_context
-    return max(1, round(context.width * aspect)), context.height
+    width, height = context.width * Fraction(aspect), int(context.height)
+    if width.denominator == 1:
+        return int(width), height
+    return Fraction(width / height).limit_denominator(_MOST_OF_A_RATIO)
 
 
 def tags(holder: Any, container_format: str) -> dict[str, str]:

@@ -30,7 +30,7 @@ class OneAtATime:
         self._since = 0
 
     def __call__(self, title: Title) -> list[Title]:
-        """The titles that end before this one begins, or have to be told again with it."""
+        """The titles that end before this one begins, or have to be shown again with it."""
         if not self._shown:
             self._since = title.begin
         begin = max(title.begin, self._since)

@@ -24,7 +24,7 @@ class ToSdr:
     """Turns pictures into SDR: BT.709, limited range, sRGB's curve.
 
     picture: the first one, PQ or HLG; its colours and its peak hold for all.
-    pix_fmt: that of the result.  peak_nits: the brightest light of the film, in cd/m2.
+    pix_fmt: that of the result.  peak_nits: the brightest light of the video, in cd/m2.
     Times, field order and rotation stay. HDR10's static metadata is dropped, since it no longer
     holds.
     Raises OutputError when there is no room for a temporary file.

@@ -78,7 +78,7 @@ def peak_of(max_content_nits: float | None, max_display_nits: float | None) -> f
     """The peak of a picture by its HDR10 metadata, in units of 203 cd/m2.
 
     The brightest pixel (MaxCLL), if it is declared and at least white; else the peak of the display
-    on which the film was graded; else the 1000 cd/m2 of most films and of HLG.
+    on which the video was graded; else the 1000 cd/m2 of most videos and of HLG.
     """
     for nits in (max_content_nits, max_display_nits):
         if nits and REFERENCE_WHITE <= nits <= PQ_PEAK:

@@ -16,7 +16,7 @@ class Trim(Generic[T]):
 
     start, end: seconds on the container's clock, None where nothing is cut.
     tick: seconds; the shift is a whole number of ticks, so that times stay exact.
-    late_start: seconds to subtract from the times of a film of which nothing is cut.
+    late_start: seconds to subtract from the times of a video of which nothing is cut.
     shift: seconds to subtract from every time of the clip, None until the first picture is kept.
     """
 
@@ -59,13 +59,13 @@ class Trim(Generic[T]):
         return [*self.finish(), (picture, seconds - self._begin(), duration)]
 
     def is_counted(self, seconds: Fraction) -> bool:
-        """True when a picture of the film at that time counts in the report."""
+        """True when a picture of the video at that time counts in the report."""
         return True
 
     def finish(self) -> list[tuple[T, Fraction, Fraction]]:
         """The picture that is on screen at `start`, if any.
 
-        Called at the end of the film, or before a picture that comes late.
+        Called at the end of the video, or before a picture that comes late.
         """
         if self.shift is not None or self.start is None or self._held is None:
             return []

@@ -40,6 +40,26 @@ def test_outputs_of_the_batch_are_no_inputs(folder):
     assert inputs_of(["clips/b-red.mp4", "clips/b.mp4"], written) == ["clips/b.mp4"]
 
 
+@pytest.mark.parametrize("given", ["clips", "clips/*.m*"])
+def test_of_a_file_and_links_to_it_the_file_counts(folder, given):
+    (folder / "clips" / "a-link.mp4").symlink_to("b.mp4")  # comes before it
+    (folder / "clips" / "z-link.mp4").symlink_to("b.mp4")
+    (folder / "clips" / "far.mp4").symlink_to("deep/d.mkv")
+    found = inputs_of([given])
+    assert not [one for one in found if "-link" in one]
+    assert found.index("clips/b.mp4") > found.index("clips/b-red.mp4")
+    assert "clips/far.mp4" in found  # no other name of that file is given
+    assert inputs_of(["clips/a-link.mp4"]) == ["clips/a-link.mp4"]
+    assert inputs_of(["clips/a-link.mp4", given]) == found
+
+
+@pytest.mark.parametrize("given", ["clips", "clips/*.m*"])
+def test_a_link_that_leads_nowhere_is_a_job_that_fails(folder, given):
+    (folder / "clips" / "lost.mp4").symlink_to("gone.mp4")
+    (folder / "clips" / "self.mp4").symlink_to("self.mp4")
+    assert {"clips/lost.mp4", "clips/self.mp4", "clips/b.mp4"} <= set(inputs_of([given]))
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [("empty", "empty has no videos or pictures: give"), ("*.avi", "matches no file: give")],

@@ -14,7 +14,14 @@ from makeup_video.pipeline import (
     process_looks,
     process_video,
 )
-from makeup_video.pipeline.files.output_file import OutputFile, part_of, write_errors
+from makeup_video.pipeline.files.output_file import (
+    OutputFile,
+    check_apart,
+    keep_apart,
+    part_path,
+    target_of,
+    write_errors,
+)
 from media import decoded, make_clip
 
 
@@ -89,7 +96,7 @@ def test_a_link_is_written_through(tmp_path, source):
 @pytest.mark.parametrize("place", ["output", "part"])
 def test_a_pipe_is_never_replaced(tmp_path, source, place):
     path = tmp_path / "out.mp4"
-    os.mkfifo(path if place == "output" else part_of(path))
+    os.mkfifo(path if place == "output" else part_path(path))
     with pytest.raises(OutputError, match=r"no file|not an ordinary file"):
         process_video(source, path, None, Settings(overwrite=True))
 
@@ -99,6 +106,15 @@ def test_a_name_too_long_for_the_disk_is_an_output_error(tmp_path, source, name)
     with pytest.raises(OutputError, match="name"):
         process_video(source, tmp_path / name)
     assert names(tmp_path) == ["in.mp4"]
+
+
+def test_names_too_long_are_compared_like_others(tmp_path):
+    long = tmp_path / ("x" * 300)
+    assert target_of(long) == long
+    check_apart([long, tmp_path / "a.mp4"])
+    keep_apart(long, tmp_path / "a.mp4")
+    with pytest.raises(UsageError, match="two outputs have the name"):
+        check_apart([long, long])
 
 
 def test_an_output_that_names_a_folder_is_refused(tmp_path, source):

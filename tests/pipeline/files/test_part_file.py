@@ -10,8 +10,8 @@ from unittest.mock import Mock
 import pytest
 from makeup_video.pipeline import OutputError, UsageError, process_video
 from makeup_video.pipeline.files import part_file
-from makeup_video.pipeline.files.output_file import OutputFile, part_of
-from makeup_video.pipeline.files.part_file import PartFile
+from makeup_video.pipeline.files.output_file import OutputFile, part_path
+from makeup_video.pipeline.files.part_file import PartFile, check_part, remove_ended
 from media import decoded, make_clip
 from writers import WRITERS, make_picture
 
@@ -25,7 +25,7 @@ def names(folder):
 @pytest.mark.parametrize(("make", "name"), WRITERS)
 @pytest.mark.parametrize("kind", ["link", "broken link", "second name"])
 def test_a_link_at_the_part_is_removed_never_followed(tmp_path, make, name, kind):
-    victim, part = tmp_path / "victim", part_of(tmp_path / name)
+    victim, part = tmp_path / "victim", part_path(tmp_path / name)
     victim.write_text("precious")
     if kind == "second name":
         os.link(victim, part)
@@ -40,7 +40,7 @@ def test_a_link_at_the_part_is_removed_never_followed(tmp_path, make, name, kind
 @LINUX
 @pytest.mark.parametrize(("make", "name"), WRITERS)
 def test_a_link_that_replaces_the_part_is_never_followed(tmp_path, monkeypatch, make, name):
-    victim, part = tmp_path / "victim", part_of(tmp_path / name)
+    victim, part = tmp_path / "victim", part_path(tmp_path / name)
     victim.write_text("precious")
 
     def create_then_replace(self, *args, **settings):
@@ -76,7 +76,7 @@ def test_without_proc_the_part_is_written_by_its_name(tmp_path, monkeypatch, mak
     original = PartFile.__init__
     monkeypatch.setattr(PartFile, "__init__", create_and_record)
     make(tmp_path, name)
-    assert own_paths == [part_of(tmp_path / name)]
+    assert own_paths == [part_path(tmp_path / name)]
     assert (tmp_path / name).stat().st_size > 10
 
 
@@ -137,8 +137,24 @@ def test_every_container_is_finished_by_the_own_path(tmp_path, end):
 def test_a_folder_at_the_outputs_place_keeps_the_part(tmp_path, make, name):
     with pytest.raises(OutputError, match=r"cannot be renamed to .* rename it"):
         make(tmp_path, name, lambda: (tmp_path / name).mkdir(exist_ok=True), overwrite=True)
-    part = part_of(tmp_path / name)
+    part = part_path(tmp_path / name)
     assert part.stat().st_size > 0 and (tmp_path / name).is_dir()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such locks")
+def test_a_part_that_is_being_written_is_no_leftover(tmp_path):
+    """Nobody is told to overwrite what another run is writing."""
+    running = PartFile(tmp_path / "out.part.mp4", overwrite=False)
+    with pytest.raises(UsageError, match="another run is writing"):
+        check_part(running.path, overwrite=False)
+    running.close()
+    for _ in range(2):  # looking leaves no lock
+        with pytest.raises(UsageError, match="perhaps from a run that was stopped"):
+            check_part(running.path, overwrite=False)
+
+
+def test_a_name_that_is_too_long_has_no_part_to_remove(tmp_path):
+    remove_ended(tmp_path / ("x" * 300))
 
 
 def test_empty_open_parts_are_removed_at_exit(tmp_path):

@@ -27,17 +27,19 @@ def test_rows_come_back_as_csv_wrote_them(cells, between):
 
 
 def test_a_row_of_several_lines_is_named_by_its_first():
-    assert rows('a,b\n\n"x\ny",z\nu,v\n') == [
-        TableRow("t.csv, line 3", 3, {"a": "x\ny", "b": "z"}),
-        TableRow("t.csv, line 5", 5, {"a": "u", "b": "v"}),
+    found = rows('a,b\n\n"x\ny",z\nu,v\n')
+    assert found == [
+        TableRow("t.csv", 3, {"a": "x\ny", "b": "z"}),
+        TableRow("t.csv", 5, {"a": "u", "b": "v"}),
     ]
+    assert [row.where for row in found] == ["t.csv, line 3", "t.csv, line 5"]
     with pytest.raises(UsageError, match=r"t\.csv, line 2: no proper CSV"):
         rows('a,b\n"x\ny,z\n')
 
 
 def test_columns_may_be_renamed_and_refused():
     assert rows("A-b\nx\n", lambda names: [name.replace("-", "_") for name in names]) == [
-        TableRow("t.csv, line 2", 2, {"a_b": "x"})
+        TableRow("t.csv", 2, {"a_b": "x"})
     ]
 
     def refuse(names):

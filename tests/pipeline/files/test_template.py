@@ -6,10 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import UsageError
-from makeup_video.pipeline.files.template import FIELDS, Template, in_name
+from makeup_video.pipeline.files.template import FIELDS, Origin, Template, field_between, in_name
 
 VALUES = {"name": "talk", "look": "cat-eye", "brand": "A/B", "shade": "No. 5?", "ext": "mp4",
           "folder": "clips", "product": "Velvet"}  # fmt: skip
+TALK = Origin(VALUES, "clips/talk.mp4", "shades.csv, line 3")
 
 
 @pytest.mark.parametrize(
@@ -22,7 +23,7 @@ VALUES = {"name": "talk", "look": "cat-eye", "brand": "A/B", "shade": "No. 5?", 
     ],
 )
 def test_fields_are_filled_in(text, path):
-    assert Template(text).fill(VALUES) == Path(path)
+    assert Template(text).fill(TALK) == Path(path)
 
 
 @pytest.mark.parametrize(
@@ -43,12 +44,27 @@ def test_what_is_no_field_is_refused(text, message):
     assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("field", ["brand", "shade", "look"])
-def test_a_field_without_a_value_is_named(field):
+@pytest.mark.parametrize("field", FIELDS)
+def test_a_field_without_a_value_is_named_and_whose_it_is(field):
+    """Also where names of files would spell it otherwise, as "Maison É/" of a catalogue."""
     template = Template(f"out/{{{field}}}.mp4")
-    for values in ({"name": "talk"}, {"name": "talk", field: " .. "}):
-        with pytest.raises(UsageError, match=rf"{{{field}}}, .*, and talk has none"):
-            template.fill(values)
+    whose = TALK.source if field in ("name", "folder", "ext") else TALK.look
+    rest = {name: value for name, value in VALUES.items() if name != field}
+    for values in (rest, rest | {field: " .. "}):
+        with pytest.raises(UsageError) as caught:
+            template.fill(TALK._replace(values=values))
+        assert f"{{{field}}}, {FIELDS[field]}, and {whose} has none: choose" in str(caught.value)
+    with pytest.raises(UsageError, match=r"and the look has none|and clips/talk\.mp4 has none"):
+        template.fill(Origin({}, TALK.source, ""))
+
+
+def test_the_field_to_add_is_the_first_that_differs():
+    def between(**changed):
+        return field_between(TALK, TALK._replace(values=VALUES | changed))
+
+    assert between(folder="more", ext="mov") == "folder"
+    assert between(look="nude", shade="3") == "look"
+    assert between() is between(folder="CLIPS") is between(folder="") is None
 
 
 @given(st.text(min_size=1))
@@ -57,7 +73,7 @@ def test_no_value_leads_to_another_folder(text):
     assert not set(name) & set('/\\:*?"<>|\0\n') and name not in (".", "..")
     assert in_name(name) == name
     if name:
-        path = Template("out/{name}.mp4").fill({"name": text})
+        path = Template("out/{name}.mp4").fill(Origin({"name": text}, "in.mp4", ""))
         assert path.parent == Path("out")
 
 
@@ -65,7 +81,7 @@ def test_no_value_leads_to_another_folder(text):
 def test_the_fixed_folder_is_above_every_output(words, folders):
     parts = ["fixed"] * folders + ["-".join(f"{{{w}}}" if w in FIELDS else w for w in words)]
     template = Template("/".join(parts) + ".mp4")
-    filled = template.fill(VALUES)
+    filled = template.fill(TALK)
     assert template.folder == Path("/".join(parts[:-1]) or ".") == filled.parent
 
 

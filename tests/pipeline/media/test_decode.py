@@ -64,7 +64,7 @@ def test_random_bytes_are_refused(tmp_path, size):
 def test_an_mp4_without_its_index_is_refused(tmp_path):
     whole = make_clip(tmp_path / "whole.mp4", frames=60).read_bytes()
     (tmp_path / "in.mp4").write_bytes(whole[: len(whole) // 2])
-    refused(tmp_path / "in.mp4", tmp_path / "out.mp4", InputError, "is not a video")
+    refused(tmp_path / "in.mp4", tmp_path / "out.mp4", InputError, "has no index")
 
 
 @pytest.mark.parametrize("end", [".mp4", ".mkv"])

@@ -7,12 +7,12 @@ import pytest
 from makeup_video.pipeline import EncodeError, Settings, UsageError, process_video
 from makeup_video.pipeline.media import encode, hardware
 from makeup_video.pipeline.media.codecs import CODECS, VideoCodec
-from makeup_video.pipeline.media.hardware import HARDWARE, Wanted, pick_encoder
+from makeup_video.pipeline.media.hardware import HARDWARE, EncoderNeeds, pick_encoder
 from makeup_video.pipeline.media.pixel_format import bits_of
 from media import decoded, make_clip
 
 H264, HEVC = CODECS["h264"], CODECS["hevc"]
-FILM = Wanted((256, 144), "yuv420p")
+FILM = EncoderNeeds((256, 144), "yuv420p")
 
 
 def lists(monkeypatch, *names):

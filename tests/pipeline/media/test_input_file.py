@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import av
 import pytest
+from makeup_video.pipeline import InputError
 from makeup_video.pipeline.media.input_file import open_video
 from media import add_video, encode_frames, make_clip
 
@@ -57,3 +58,32 @@ def test_a_name_in_any_script_opens(tmp_path):
     source = open_video(make_clip(tmp_path / "in.mp4").rename(tmp_path / "Ärger 眼影 ¿?.mp4"))
     assert source.video.width == 96
     source.close()
+
+
+@pytest.mark.parametrize("end", [".mp4", ".mov"])
+@pytest.mark.parametrize("size", ["as it is", "until the end", "begun"])
+def test_a_recording_without_an_index_is_called_unfinished(tmp_path, end, size):
+    path = make_clip(tmp_path / f"in{end}")
+    data = path.read_bytes()
+    at = data.index(b"mdat") - 4
+    if size == "until the end":  # as it is while FFmpeg writes
+        data = data[:at] + bytes(4) + data[at + 4 :]
+    path.write_bytes(data[: at + 8] if size == "begun" else data[: data.index(b"moov") - 4])
+    with pytest.raises(InputError, match=r"has no index: .* is still being written, .* repair it"):
+        open_video(path)
+
+
+@pytest.mark.parametrize("data", [b"no film", b"\0\0\0\x0cjP  \r\n\x87\n" + bytes(40), bytes(90)])
+def test_what_is_no_mp4_is_not_called_unfinished(tmp_path, data):
+    (tmp_path / "in.mp4").write_bytes(data)
+    with pytest.raises(InputError, match="is not a video or picture file that can be read"):
+        open_video(tmp_path / "in.mp4")
+
+
+def test_a_damaged_index_is_not_called_unfinished(tmp_path):
+    path = make_clip(tmp_path / "in.mp4")
+    data = path.read_bytes()
+    at = data.index(b"moov") + 4
+    path.write_bytes(data[:at] + bytes(len(data) - at))
+    with pytest.raises(InputError, match="has no video stream"):
+        open_video(path)

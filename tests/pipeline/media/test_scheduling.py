@@ -18,7 +18,7 @@ from makeup_video.pipeline.media.scheduling import same_scheduling
 from media import make_clip
 
 pytestmark = pytest.mark.skipif(
-    not sys.platform.startswith("linux"), reason="only Linux lists the threads of a process"
+    sys.platform != "linux", reason="only Linux lists the threads of a process"
 )
 
 
