@@ -1,7 +1,6 @@
 """The commands of `makeup-video`, and `apply` as the one that needs no name."""
 
 import os
-from difflib import get_close_matches
 from typing import Annotated, Any
 
 import typer
@@ -17,10 +16,11 @@ from makeup_video.cli import (
     live,
     looks,
 )
+from makeup_video.cli.console import print_result
 from makeup_video.cli.help_page import Command, Group
 from makeup_video.cli.options import DEFAULT, PROGRAM, RUN
+from makeup_video.pipeline.errors import closest
 
-_ALIKE = 0.7  # of difflib: an unknown first word this close to a command's name is a mistyped one
 _HELP = "help"  # a command of other programs
 
 
@@ -53,9 +53,8 @@ class DefaultGroup(Group):
         word = args[0]
         if word.startswith("-") or os.path.exists(word):
             return
-        matches = get_close_matches(word.lower(), self.commands, 1, _ALIKE)
-        if matches:
-            ctx.fail(f"there is no command and no file {word}: did you mean {matches[0]}?")
+        if meant := closest(word.lower(), self.commands):
+            ctx.fail(f"there is no command and no file {word}: did you mean {meant}?")
         if word == _HELP or len(args) == 1:
             ctx.fail(f"there is no command and no file {word}")
 
@@ -79,7 +78,7 @@ def _print_version(wanted: bool) -> None:
     if wanted:
         from importlib.metadata import version  # 10 ms that other runs need not wait for
 
-        typer.echo(f"makeup-video {version('makeup-video')}")
+        print_result(f"makeup-video {version('makeup-video')}\n")
         raise typer.Exit
 
 

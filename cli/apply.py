@@ -19,13 +19,13 @@ from makeup_video.cli.options import (
     Source,
     with_options,
 )
-from makeup_video.cli.outcome import error_text, print_summary, report_errors
+from makeup_video.cli.outcome import error_text, print_summary, report_errors, settle_kernels
 from makeup_video.cli.output_options import OutputOptions
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look, Report, Settings
     from makeup_video.pipeline.files.sidecar import JsonFile
-    from makeup_video.pipeline.offline.looks import Outcome
+    from makeup_video.pipeline.offline.report import Outcome
 
 EXAMPLES = (
     "makeup-video in.mp4 --ref look.jpg --lips '#C0392B:gloss' -o out.mp4",
@@ -96,7 +96,6 @@ def apply(
     from makeup_video.cli.main import mark_output_whole
     from makeup_video.cli.many import NewFolders, name_outputs, print_outcomes
     from makeup_video.pipeline import UsageError
-    from makeup_video.pipeline.files.output_file import check_apart
 
     outputs: list[str] = []
     with report_errors("apply", outputs, debug), NewFolders() as folders:
@@ -111,7 +110,6 @@ def apply(
         run = _Run(source, look.files, report, save_look, quiet)
         outputs += name_outputs(output, source, wanted)
         if outputs != [output]:  # of a template
-            check_apart(list(map(Path, outputs)))
             folders.make(outputs)
         if len(outputs) == 1:
             done = _paint_one(run, outputs[0], wanted[0], settings, cluster)
@@ -156,6 +154,8 @@ def _paint_one(
 
     with _sidecars(run, [output], [look], settings.overwrite) as files:
         painted = _look_for(run, look)
+        if not painted.is_bare and cluster.ray is None:
+            settle_kernels(run.quiet)
         return_large_blocks()  # from now on: a photo is read in large blocks, which are used again
         with (
             cluster.workers(settings.jobs, lambda count: None) as workers,
@@ -182,6 +182,8 @@ def _paint_several(
         painted = {
             Path(one): _look_for(run, look) for one, look in zip(outputs, looks, strict=True)
         }
+        if not all(look.is_bare for look in painted.values()):
+            settle_kernels(run.quiet)
         return_large_blocks()
         names = dict(zip(painted, (look.fields["look"] for look in looks), strict=True))
         with show_progress(run.quiet) as on_progress:
@@ -206,7 +208,7 @@ def _values(output: str, outcome: "Outcome") -> dict[str, Any]:
 def _sidecars(
     run: _Run, outputs: list[str], looks: list[WantedLook], overwrite: bool
 ) -> "Generator[tuple[JsonFile | None, JsonFile | None], None, None]":
-    """Open the report and the look file; first the film's name and the looks are checked, then all
+    """Open the report and the look file; first the video's name and the looks are checked, then all
     outputs and both files, before any is begun. Raises UsageError, LookError, InputError,
     OutputError."""
     from makeup_video.pipeline.files.local_file import local_file

@@ -15,7 +15,7 @@ from makeup_video.cli.options import (
     Quiet,
     with_options,
 )
-from makeup_video.cli.outcome import error_text, report_errors
+from makeup_video.cli.outcome import error_text, report_errors, settle_kernels
 from makeup_video.cli.output_options import OutputOptions
 
 if TYPE_CHECKING:
@@ -113,8 +113,19 @@ def batch(
     with report_errors("batch", debug=debug), NewFolders() as folders:
         settings = how.settings(look, overwrite=overwrite)
         work = open_batch(
-            inputs or [], listed, look, how, output, journal, overwrite, resume, folders, quiet
+            inputs or [],
+            listed=listed,
+            look=look,
+            how=how,
+            output=output,
+            journal=journal,
+            overwrite=overwrite,
+            resume=resume,
+            folders=folders,
+            quiet=quiet,
         )
+        if cluster.ray is None:
+            settle_kernels(quiet)
         with work.journal, cluster.workers(jobs, local_workers) as workers:
             results = _run(work, settings.overwrite, retry, workers, quiet)
     _print_end(work, results, quiet)

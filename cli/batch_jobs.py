@@ -2,14 +2,14 @@
 
 import contextlib
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from makeup_video.cli.console import log
 from makeup_video.cli.look_options import faces_meant
-from makeup_video.cli.looks_options import LooksOptions
+from makeup_video.cli.looks_options import LooksOptions, WantedLook
 from makeup_video.cli.many import NewFolders, fields_of
 from makeup_video.cli.output_options import OutputOptions
 from makeup_video.pipeline import Look, MakeupVideoError, UsageError
@@ -19,7 +19,7 @@ from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.plan import check_inputs_apart
 from makeup_video.pipeline.batch.sources import inputs_of
 from makeup_video.pipeline.files.output_file import check_apart
-from makeup_video.pipeline.files.template import OF_LOOKS, Template
+from makeup_video.pipeline.files.template import OF_LOOKS, Origin, Template
 from makeup_video.pipeline.images.picture_file import WRITERS
 from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.media.codecs import CONTAINERS
@@ -59,6 +59,7 @@ class _Wanted:
 
 def open_batch(
     inputs: Sequence[str],
+    *,
     listed: str | None,
     look: LooksOptions,
     how: OutputOptions,
@@ -67,7 +68,7 @@ def open_batch(
     overwrite: bool,
     resume: bool,
     folders: NewFolders,
-    quiet: bool = False,
+    quiet: bool,
 ) -> BatchJobs:
     """Check everything that can be checked before the work, and open the journal.
 
@@ -83,10 +84,10 @@ def open_batch(
     else:
         folder = Template(output).folder
     place = folder / _JOURNAL if journal is None else Path(journal)
-    if journal is None and output is None and not place.exists():
+    if journal is None and output is None and not os.path.exists(place):
         before = Template(rows[0].output).folder / _JOURNAL  # its place until version 0.2.0
-        place = before if before.is_file() else place
-    if resume and not place.is_file():
+        place = before if os.path.isfile(before) else place
+    if resume and not os.path.isfile(place):
         raise UsageError(f"there is no journal {place} to go on with: leave --resume out")
     folders.make([os.fspath(place), os.fspath(folder / _PAGE)])
     opened = Journal(place)
@@ -147,28 +148,39 @@ def _listed(
 
 def _jobs(wanted: Sequence[_Wanted], overwrite: bool, quiet: bool) -> list[Job]:
     """The jobs, after a check that no output is another one or a file that is read."""
-    looks: dict[str, list[tuple[Mapping[str, str], Look]]] = {}
+    looks: dict[str, list[tuple[WantedLook, Look]]] = {}
     jobs, files = [], set()
+    origins: list[Origin] = []
     for one in wanted:
         try:
             key = repr(one.look)
             if key not in looks:  # the same for all inputs but those of some lists
-                looks[key] = [(w.fields, w.load(True)) for w in one.look.wanted(quiet)]
+                looks[key] = [(look, look.load(True)) for look in one.look.wanted(quiet)]
                 files.update(one.look.files)
-            jobs.append(_job(one, looks[key], overwrite))
+            its_origins = _origins(one, [look for look, _ in looks[key]])
+            jobs.append(_job(one, looks[key], its_origins, overwrite))
+            origins += its_origins
         except MakeupVideoError as error:
             if one.where:
                 error.extend(before=f"{one.where}: ")
             raise
     outputs = [Path(look.output) for job in jobs for look in job.looks]
-    check_apart(
-        outputs, [one.where for one, job in zip(wanted, jobs, strict=True) for _ in job.looks]
-    )
+    check_apart(outputs, origins)
     check_inputs_apart(jobs, files)
     return jobs
 
 
-def _job(one: _Wanted, looks: Sequence[tuple[Mapping[str, str], Look]], overwrite: bool) -> Job:
+def _origins(one: _Wanted, looks: Sequence[WantedLook]) -> list[Origin]:
+    of_input = fields_of(Path(one.source))
+    return [Origin(of_input | look.fields, one.source, look.called, one.where) for look in looks]
+
+
+def _job(
+    one: _Wanted,
+    looks: Sequence[tuple[WantedLook, Look]],
+    origins: Sequence[Origin],
+    overwrite: bool,
+) -> Job:
     template = Template(one.output)
     end = Path(one.output).suffix.lower()
     if "{" not in end and end not in _ENDINGS:
@@ -182,12 +194,11 @@ def _job(one: _Wanted, looks: Sequence[tuple[Mapping[str, str], Look]], overwrit
         raise UsageError(
             f"{len(looks)} looks need a name each: put {{look}} in -o, got {one.output}"
         )
-    of_input = fields_of(Path(one.source))
     return Job(
         one.source,
         tuple(
-            JobLook(fields["look"], look, os.fspath(template.fill({**of_input, **fields})))
-            for fields, look in looks
+            JobLook(wanted.fields["look"], look, os.fspath(template.fill(origin)))
+            for (wanted, look), origin in zip(looks, origins, strict=True)
         ),
         one.how.settings(one.look, overwrite=overwrite),
     )

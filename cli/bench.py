@@ -161,13 +161,13 @@ def bench(
                 source,
                 Path(folder),
                 painted,
-                seconds,
-                rounds,
-                as_is,
-                log_step,
-                photo,
-                child_stderr(),
-                Path(look) if look is not None and Path(look).is_file() else None,
+                seconds=seconds,
+                rounds=rounds,
+                as_is=as_is,
+                log=log_step,
+                photo=photo,
+                child_stderr=child_stderr(),
+                look_file=Path(look) if look is not None and Path(look).is_file() else None,
             )
             results = suite.run_suite(measured, heights, extras, live=live, against=other)
         _show(results, plot, as_json)

@@ -38,14 +38,14 @@ def demo(
     from makeup_video.cli.serve_page import serve_page
     from makeup_video.web.demo_session import DemoShow
     from makeup_video.web.read_look import look_of_file
-    from makeup_video.web.worker import Worker
+    from makeup_video.web.slow_jobs import SlowJobs
 
     with report_errors("demo", debug=debug):
-        worker = Worker()
+        slow_jobs = SlowJobs()
         first = _first_look(ref, look)
         photo = look_of_file(ref, first) if ref else None
-        show = DemoShow(_portrait(portrait), first, worker, log, photo=photo)
-        with serve_page(show, worker, page, log):
+        show = DemoShow(_portrait(portrait), first, slow_jobs, log, photo=photo)
+        with serve_page(show, slow_jobs, page, log):
             try:
                 # The system may give a signal to any thread, which does not wake this one.
                 while True:

@@ -34,7 +34,7 @@ def devices_found() -> dict[str, dict[str, str]]:
     from makeup_video.pipeline.live.sources.microphone import microphones_found
     from makeup_video.pipeline.media.encoders import encoders_found
     from makeup_video.pipeline.media.hardware import hardware_found
-    from makeup_video.pipeline.render.opencl import devices_found as opencl_devices
+    from makeup_video.pipeline.render.opencl import opencl_devices
 
     return {
         "cameras": cameras_by_name(),

@@ -127,6 +127,7 @@ def _describe(layer: "Layer", part: str, shades: "Catalogue | None") -> dict[str
     from dataclasses import asdict
 
     from makeup_video.pipeline.look.finishes import in_words
+    from makeup_video.pipeline.look.params import hex_of
 
     params = layer.product
     values: dict[str, Any] = {
@@ -140,7 +141,7 @@ def _describe(layer: "Layer", part: str, shades: "Catalogue | None") -> dict[str
         values["nearest"] = [
             {
                 "ciede2000": round(difference, 2),
-                "hex": "#" + bytes(shade.rgb).hex().upper(),
+                "hex": hex_of(shade.rgb),
                 "brand": shade.brand,
                 "product": shade.product,
                 "shade": shade.shade,

@@ -85,10 +85,12 @@ def _memory() -> Finding:
 
 
 def _opencl() -> Finding:
-    from makeup_video.pipeline.render.opencl import devices_found
+    from makeup_video.pipeline.render.opencl import lost_kernels, opencl_devices
 
-    found = devices_found()
-    return Finding(OK, "OpenCL", "; ".join(f"{number} {one}" for number, one in enumerate(found)))
+    words = "; ".join(f"{number} {one}" for number, one in enumerate(opencl_devices()))
+    if lost := lost_kernels():
+        return Finding(NOTE, "OpenCL", f"{words}; {lost}")
+    return Finding(OK, "OpenCL", words)
 
 
 def _encoders() -> Finding:

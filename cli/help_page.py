@@ -5,6 +5,7 @@ import shutil
 from collections.abc import Iterable
 from typing import Any
 
+from makeup_video.cli.console import print_result
 from makeup_video.cli.options import DEFAULT, GROUPS, PROGRAM, RUN
 from makeup_video.cli.outcome import join_words
 from makeup_video.cli.plain_values import take_plain_values
@@ -31,6 +32,10 @@ _EXIT_CODES = (
 class Command(TyperCommand):
     """A command whose epilog holds its examples, one a line."""
 
+    def get_help_option(self, ctx: Any) -> Any:
+        """The option --help, which reports that stdout cannot be written."""
+        return _reporting(super().get_help_option(ctx))
+
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse as Typer does; every usage error then knows its command."""
         check_colours(ctx, self.get_params(ctx), args)
@@ -55,6 +60,10 @@ class Command(TyperCommand):
 
 class Group(TyperGroup):
     """The commands, of which the default one needs no name; the help shows its options, too."""
+
+    def get_help_option(self, ctx: Any) -> Any:
+        """The option --help, which reports that stdout cannot be written."""
+        return _reporting(super().get_help_option(ctx))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse as Typer does, with pydantic only where it is needed."""
@@ -81,6 +90,19 @@ class Group(TyperGroup):
             f"`{PROGRAM} COMMAND --help` lists the options of a command. A file that is named like "
             "a command is given as ./NAME."
         )
+
+
+def _reporting(option: Any) -> Any:
+    """The option --help, with a callback that prints the page as other results are printed."""
+    option.callback = _print_page
+    return option
+
+
+def _print_page(ctx: Any, _option: Any, wanted: bool) -> None:
+    """Raises OutputError."""
+    if wanted and not ctx.resilient_parsing:  # of a shell that completes a line
+        print_result(f"{ctx.get_help()}\n")
+        ctx.exit()
 
 
 def _columns() -> int:

@@ -22,7 +22,7 @@ from makeup_video.cli.options import (
     Quiet,
     with_options,
 )
-from makeup_video.cli.outcome import error_line, report_errors
+from makeup_video.cli.outcome import error_line, report_errors, settle_kernels
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look
@@ -128,7 +128,7 @@ def live(
     from makeup_video.web.live_session import LiveShow
     from makeup_video.web.preview_sink import PreviewSink
     from makeup_video.web.read_look import look_of_file
-    from makeup_video.web.worker import Worker
+    from makeup_video.web.slow_jobs import SlowJobs
 
     with report_errors("live", debug=debug), ExitStack() as stack:
         log_line = _discard if quiet else log
@@ -145,6 +145,7 @@ def live(
             raise UsageError(_NO_OUTPUT)
         video = PreviewVideo if PreviewVideo.is_available() else None
         shown = PreviewSink(PreviewJpeg(), video, log_line) if preview else None
+        settle_kernels(quiet)
         run = LiveRun(
             source,
             first,
@@ -156,7 +157,7 @@ def live(
         if shown:
             photo = look_of_file(look.ref, first) if look.ref else None
             show = LiveShow(run, shown, photo, lambda: _recording(source, sound), source)
-            stack.enter_context(serve_page(show, Worker(), page, log_line))
+            stack.enter_context(serve_page(show, SlowJobs(), page, log_line))
         _run_until_it_ends(run, quiet)
 
 
@@ -212,35 +213,36 @@ class _Sound:
     def __init__(self, camera: "CameraSwitch", opened: "Callable[[], LiveSound | None]") -> None:
         self._camera, self._open = camera, opened
         self._sound: LiveSound | None = None
-        self._opened_for: tuple[Path, int] | str | None = "nothing yet"
+        self._is_open = False
+        self._opened_for: tuple[Path, int] | None = None
 
     def tap(self) -> "SoundTap | None":
         """One output's end of the sound; None for none. Raises InputError, UsageError."""
         camera = self._camera
         # the page may choose another camera, or the same file again, which then begins anew
         playing = None if camera.path is None else (camera.path, camera.changes)
-        if self._opened_for == playing:
+        if self._is_open and self._opened_for == playing:
             tap = None if self._sound is None else self._sound.tap()
             if self._sound is None or tap is not None:
                 return tap
         self.close()
-        self._sound, self._opened_for = self._open(), playing
+        self._sound, self._is_open, self._opened_for = self._open(), True, playing
         return None if self._sound is None else self._sound.tap()
 
     def close(self) -> None:
         if self._sound is not None:
             self._sound.close()
-        self._sound, self._opened_for = None, "nothing yet"
+        self._sound, self._is_open = None, False
 
 
 def _recording(camera: "CameraSwitch", sound: _Sound) -> "Recording":
     """A recording that the page starts, in the folder where the command runs."""
-    from makeup_video.pipeline.files.output_file import part_of
+    from makeup_video.pipeline.files.output_file import part_path
     from makeup_video.pipeline.live.sinks.recording import Recording
 
     begun, taken = time.strftime("makeup-%Y%m%d-%H%M%S"), set(os.listdir())
     names = chain([f"{begun}.mkv"], (f"{begun}-{number}.mkv" for number in count(2)))
-    name = next(name for name in names if not taken & {name, part_of(Path(name)).name})
+    name = next(name for name in names if not taken & {name, part_path(Path(name)).name})
     tap = sound.tap()
     try:
         return Recording(name, rate=camera.rate, source=camera.path, sound=tap)

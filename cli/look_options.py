@@ -7,6 +7,7 @@ import typer
 from makeup_video.cli.console import log
 from makeup_video.cli.options import COLOUR, FACES, LOOK, RUN, RefPhoto
 from makeup_video.pipeline.look.kinds import PARTS
+from makeup_video.pipeline.look.params import hex_of
 
 _FACES = {
     word: name
@@ -60,8 +61,7 @@ class _WholeLook:
 def _help_of_part(kind: "Kind") -> str:
     """What a part's option takes, with an example of every word that this kind has."""
     slot = next((dial.default for dial in kind.dials if dial.name == "slot"), None)
-    colour = "#" + bytes(kind.first_rgb).hex().upper()
-    words = [colour, kind.first_finish, *([slot, "80%"] if slot else [])]
+    words = [hex_of(kind.first_rgb), kind.first_finish, *([slot, "80%"] if slot else [])]
     layers = f"; up to {kind.most} layers, separated by commas" if kind.most > 1 else ""
     return f"{kind.product}, as in '{':'.join(words)}', or 'none'{layers}."
 

@@ -60,7 +60,6 @@ def _list(as_json: bool) -> str:
 
     ready = ready_looks()
     if as_json:
-        rows = [{"name": one.name, "words": one.words, "look": one.look.to_dict()} for one in ready]
-        return json.dumps(rows, indent=2) + "\n"
+        return json.dumps([one.to_dict() for one in ready], indent=2) + "\n"
     width = max(len(one.name) for one in ready)
     return "".join(f"{one.name:{width}}  {one.words}\n" for one in ready)

@@ -79,18 +79,25 @@ class WantedLook:
 
     fields: its name, and what else a template of outputs may hold of it.
     load(quiet): reads the look; the one of a photo is logged in one line, unless quiet.
-    check(): raises what `load` would, as far as that can be told without reading a photo.
+    check(): raises what `load` would, as far as that is known without reading a photo.
+    where: of a catalogue's row, its file and line.
     """
 
     fields: dict[str, str]
     load: "Callable[[bool], Look]"
     check: "Callable[[], object]"
+    where: str = ""
+
+    @property
+    def called(self) -> str:
+        """What messages call it."""
+        return self.where or self.fields.get("look", "")
 
 
-def _at_once(fields: dict[str, str], read: "Callable[[], Look]") -> WantedLook:
+def _at_once(fields: dict[str, str], read: "Callable[[], Look]", where: str = "") -> WantedLook:
     """A look of no photo: it is read, once, when it is checked or loaded."""
     once = cache(read)
-    return WantedLook(fields, lambda quiet: once(), once)
+    return WantedLook(fields, lambda quiet: once(), once, where)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -197,7 +204,7 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
             )
         have_eyes = any(row.look.of("eyeshadow") for row in found)
         for row in found:
-            yield _at_once(row.fields, partial(self._on_row, row, have_eyes))
+            yield _at_once(row.fields, partial(self._on_row, row, have_eyes), row.where)
 
     def _on_row(self, row: "NamedLook", have_eyes: bool) -> "Look":
         """The look of a row with what the other options change; they chose its part already.

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 _THREADS_END_SECONDS = 1.0
 _STOPPED = 130
+_UNWRITTEN = 4
 _NO_MEMORY = (
     "std::bad_alloc",
     "failed to map segment",
@@ -128,6 +129,9 @@ def _report_error(error: Exception) -> int:
     if type(error).__name__ == "TooLittleMemoryError":
         log(f"TooLittleMemoryError: {error}")
         return 1
+    if type(error).__name__ == "OutputError":  # of a page of help
+        log(f"OutputError: {error}")
+        return _UNWRITTEN
     if _is_out_of_memory(error):
         log(
             "TooLittleMemoryError: there is not enough memory for this: close other programs, or "

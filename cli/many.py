@@ -1,6 +1,7 @@
-"""Several looks of one film: names of outputs, progress, and what is said at the end."""
+"""Several looks of one video: names of outputs, progress, and what is said at the end."""
 
 import contextlib
+import errno
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,7 +14,8 @@ from makeup_video.cli.outcome import error_text, join_words
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Report
-    from makeup_video.pipeline.offline.looks import LooksProgress, Outcome
+    from makeup_video.pipeline.offline.looks import LooksProgress
+    from makeup_video.pipeline.offline.report import Outcome
 
 _MOST_NAMES = 3  # of looks in a line
 
@@ -21,10 +23,12 @@ _MOST_NAMES = 3  # of looks in a line
 def name_outputs(output: str, source: str, looks: Sequence[WantedLook]) -> list[str]:
     """The name of the output of each look.
 
-    A name without braces is taken as it is. Raises UsageError for a template that does not fit.
+    A name without braces is taken as it is. Raises UsageError for a template that does not fit, and
+    for outputs of one name.
     """
     from makeup_video.pipeline import UsageError
-    from makeup_video.pipeline.files.template import OF_LOOKS, Template
+    from makeup_video.pipeline.files.output_file import check_apart
+    from makeup_video.pipeline.files.template import OF_LOOKS, Origin, Template
 
     if len(looks) == 1 and not {"{", "}"} & set(output):
         return [output]
@@ -34,9 +38,11 @@ def name_outputs(output: str, source: str, looks: Sequence[WantedLook]) -> list[
             f"{len(looks)} looks need a name each: put {{look}} in -o, as in "
             f"-o {_with_look(output)!r}, got {output}"
         )
-    path = Path(source)
-    fields = fields_of(path)
-    return [os.fspath(template.fill(fields | look.fields)) for look in looks]
+    fields = fields_of(Path(source))
+    origins = [Origin(fields | look.fields, source, look.called) for look in looks]
+    outputs = [template.fill(origin) for origin in origins]
+    check_apart(outputs, origins)
+    return list(map(os.fspath, outputs))
 
 
 def fields_of(path: Path) -> dict[str, str]:
@@ -53,7 +59,7 @@ def _written_as(path: Path) -> str:
 
 def _with_look(output: str) -> str:
     path = Path(output)
-    if output.endswith(("/", os.sep)) or path.is_dir():
+    if output.endswith(("/", os.sep)) or os.path.isdir(path):
         return os.fspath(path / "{name}-{look}.mp4")
     return os.fspath(path.with_name(f"{path.stem}-{{look}}{path.suffix}")) if path.name else output
 
@@ -82,9 +88,13 @@ class NewFolders:
 
         for folder in dict.fromkeys(Path(output).parent for output in outputs):
             with write_errors(folder):
-                missing = [one for one in (folder, *folder.parents) if not one.exists()]
-                folder.mkdir(parents=True, exist_ok=True)
-                self._made += reversed(missing)
+                missing = [one for one in (folder, *folder.parents) if not os.path.exists(one)]
+                try:
+                    folder.mkdir(parents=True, exist_ok=True)
+                except OSError as error:
+                    if error.errno != errno.ENAMETOOLONG:  # such an output fails alone
+                        raise
+                self._made += [one for one in reversed(missing) if os.path.exists(one)]
 
 
 def titled(on_progress: Any, source: str, names: Mapping[Path, str]) -> "LooksProgress | None":

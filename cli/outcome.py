@@ -115,6 +115,15 @@ def _can_inspect(photo: Path) -> bool:
         return False
 
 
+def settle_kernels(quiet: bool) -> None:
+    """Settle where compiled kernels are kept; log that they are lost after this run, if so."""
+    from makeup_video.pipeline.render.opencl import lost_kernels
+
+    line = lost_kernels()
+    if line is not None and not quiet:
+        log(line)
+
+
 def print_summary(report: "Report", quiet: bool, more: str = "") -> None:
     """Log what was lost or changed, and the closing line.
 
@@ -133,6 +142,6 @@ def print_summary(report: "Report", quiet: bool, more: str = "") -> None:
 
 
 def _part_of(output: Path) -> Path:
-    from makeup_video.pipeline.files.output_file import part_of, target_of
+    from makeup_video.pipeline.files.output_file import part_path, target_of
 
-    return part_of(target_of(output))
+    return part_path(target_of(output))

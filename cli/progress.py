@@ -22,6 +22,10 @@ def _console() -> "Console":
     return Console(file=cast("IO[str]", _Terminal(sys.stderr)))
 
 
+def _has_terminal() -> bool:
+    return sys.stderr is not None and sys.stderr.isatty()
+
+
 class _Terminal:
     """stderr as rich writes on it. When the terminal is closed, the work goes on."""
 
@@ -55,10 +59,13 @@ def show_progress(quiet: bool) -> Generator[Any, None, None]:
     """
     if quiet:
         yield None
-    elif sys.stderr is not None and sys.stderr.isatty():
+    elif _has_terminal():
+        from makeup_video.pipeline.render.opencl import compiling_told
+
         bar = _Bar()
         try:
-            yield bar
+            with compiling_told(bar.say_compiling):
+                yield bar
         finally:
             bar.close()
     else:
@@ -121,6 +128,13 @@ class _Bar:
         self.task = self.bar.add_task(printable(self.title), total=expected, fps="", times="")
         self.bar.start()
 
+    def say_compiling(self) -> None:
+        say = log if self.bar is None else self._print
+        say("compiling the kernels for this kind of video or picture, once")
+
+    def _print(self, text: str) -> None:
+        self.bar.console.print(printable(text), markup=False, highlight=False)
+
     def close(self) -> None:
         if self.bar is not None:
             self.bar.stop()
@@ -145,7 +159,7 @@ def show_batch(quiet: bool) -> Generator[tuple[Callable[[str], None], Callable[[
     """
     if quiet:
         yield (lambda text: None), (lambda text: None)
-    elif sys.stderr is not None and sys.stderr.isatty():
+    elif _has_terminal():
         with _console().status("") as status:
             console = status.console
             yield (
@@ -179,7 +193,7 @@ def _rich_text(text: str) -> Any:
 @contextmanager
 def show_steps() -> Generator[Callable[[str], None], None, None]:
     """Yield the log of a long job's steps: one line that changes on a terminal, lines elsewhere."""
-    if sys.stderr is None or not sys.stderr.isatty():
+    if not _has_terminal():
         yield log
         return
     with _console().status("") as status:
@@ -189,7 +203,7 @@ def show_steps() -> Generator[Callable[[str], None], None, None]:
 @contextmanager
 def show_live(quiet: bool) -> Generator[Any, None, None]:
     """Yield a callback that shows a live run's figures: a line that changes, on a terminal only."""
-    if quiet or sys.stderr is None or not sys.stderr.isatty():
+    if quiet or not _has_terminal():
         yield lambda figures: None
         return
     with _console().status("") as status:

@@ -6,6 +6,7 @@ import sys
 import webbrowser
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from ipaddress import ip_address
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
@@ -14,12 +15,12 @@ from makeup_video.cli.options import PageOptions
 
 if TYPE_CHECKING:
     from makeup_video.web.session import Show
-    from makeup_video.web.worker import Worker
+    from makeup_video.web.slow_jobs import SlowJobs
 
 
 @contextmanager
 def serve_page(
-    show: "Show", worker: "Worker", options: PageOptions, log_line: Callable[[str], None]
+    show: "Show", slow_jobs: "SlowJobs", options: PageOptions, log_line: Callable[[str], None]
 ) -> Generator[str, None, None]:
     """Serve the page within the block and open a browser; yields the page's address.
 
@@ -28,9 +29,10 @@ def serve_page(
     OutputError when there is no certificate for HTTPS.
     """
     from makeup_video.pipeline.engine.signals import undisturbed
+    from makeup_video.web.same_origin import is_loopback
     from makeup_video.web.server import Server
 
-    server = Server(show, worker, options.host, options.port, log=log, tls=_tls(options))
+    server = Server(show, slow_jobs, options.host, options.port, log=log, tls=_tls(options))
     url = server.start()
     try:
         log_line(f"{url} shows the page; Ctrl-C ends it")
@@ -39,8 +41,8 @@ def serve_page(
                 "browsers warn about its certificate, which this machine generated: continue "
                 "to the page"
             )
-        if not is_local(options.host):
-            log_line(_who_sees(options.host, url))
+        if not is_loopback(server.address):
+            log_line(_who_sees(server.address, url))
         if options.browser and has_screen():
             webbrowser.open(url)
         yield url
@@ -61,26 +63,22 @@ def _tls(options: PageOptions) -> ssl.SSLContext | None:
     return load_context(own_certificate(options.host)) if options.https else None
 
 
-def is_local(host: str) -> bool:
-    """Whether only this machine can reach an address."""
-    from makeup_video.web.same_origin import is_loopback
+def _who_sees(address: str, url: str) -> str:
+    """The warning for a page that other machines reach, with an address for them.
 
-    return host == "localhost" or is_loopback(host)
-
-
-def _who_sees(host: str, url: str) -> str:
-    """The warning for a page that other machines reach, with an address for them."""
+    address: the IP address where the page is served.
+    """
     from makeup_video.web.certificate import lan_address
 
     where = ""
-    if host in ("0.0.0.0", "::") and (address := lan_address()):
+    if ip_address(address).is_unspecified and (reached := lan_address()):
         parts = urlsplit(url)
-        where = f" at {parts.scheme}://{address}:{parts.port}/"
+        where = f" at {parts.scheme}://{reached}:{parts.port}/"
     return f"everybody who reaches this machine can open the page{where} and change the look"
 
 
 def has_screen() -> bool:
     """Whether a browser would open a window; in a bare terminal it would take over the terminal."""
-    if not sys.platform.startswith("linux"):
+    if sys.platform != "linux":
         return True
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

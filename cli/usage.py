@@ -2,14 +2,13 @@
 
 import re
 from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
 from typing import Any
 
 from makeup_video.cli.options import COLOUR, DEFAULT
 from makeup_video.cli.outcome import as_typed, join_words, with_help_pages
+from makeup_video.pipeline.errors import closest
 
 _FEW = 3  # commands that a message names
-_ALIKE = 0.7  # of difflib, without the hyphens: --foo is not taken for --look
 # by the first word of the type of pydantic's error
 _KINDS = {"int": "a whole number", "float": "a number"}
 
@@ -109,8 +108,8 @@ def _unknown_option(option: str, ctx: Any, command: str) -> tuple[str, list[str]
     if command == DEFAULT:  # its page lists the options of the group, too
         params += ctx.find_root().command.params
     names = {name.lstrip("-"): name for name in _options(params)}
-    meant = get_close_matches(option.lstrip("-"), names, 1, _ALIKE)
-    return (f"{text}: did you mean {names[meant[0]]}?" if meant else text), [command]
+    meant = closest(option.lstrip("-"), names)  # with hyphens, --foo would be close to --look
+    return (f"{text}: did you mean {names[meant]}?" if meant else text), [command]
 
 
 def _options(params: Iterable[Any]) -> list[str]:

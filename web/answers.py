@@ -8,18 +8,18 @@ from typing import Any
 from makeup_video.pipeline.errors import CatalogueError, LookError
 from makeup_video.pipeline.look.catalogue import rows_in
 from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.params import hex_of
 from makeup_video.pipeline.look.ready import ReadyLook
 from makeup_video.pipeline.look.strict_json import read_json
 from makeup_video.web.session import SeveralFaces
+from makeup_video.web.upload import printable
 
 MOST_SHADES = 2000  # that a page shows; a browser keeps 5 MB of a site at most
 
 
 def ready_looks_message(looks: Iterable[ReadyLook]) -> str:
     """Write the answer of /looks: a list of objects with name, words and look."""
-    return json.dumps(
-        [{"name": one.name, "words": one.words, "look": one.look.to_dict()} for one in looks]
-    )
+    return json.dumps([one.to_dict() for one in looks])
 
 
 def several_faces_message(name: str, photo: SeveralFaces) -> str:
@@ -54,9 +54,8 @@ def shades_message(name: str, data: bytes) -> str:
                 f"{name} has more than {MOST_SHADES} shades, the most that this page shows: "
                 "give one with fewer"
             )
-        title = " ".join(filter(None, (one.brand, one.product, one.shade)))
-        hex_digits = "#{:02X}{:02X}{:02X}".format(*one.rgb)
-        shades.append({"title": title, "hex": hex_digits, "parts": one.parts})
+        title = printable(" ".join(f"{one.brand} {one.product} {one.shade}".split()))
+        shades.append({"title": title, "hex": hex_of(one.rgb), "parts": one.parts})
     if not shades:
         raise CatalogueError(f"{name} has no rows: a catalogue needs at least one product")
     return json.dumps({"name": name, "shades": shades})

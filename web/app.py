@@ -27,9 +27,10 @@ from makeup_video.web.room import Room
 from makeup_video.web.rooms import Rooms
 from makeup_video.web.same_origin import SameOrigin, is_this_machine
 from makeup_video.web.session import SeveralFaces
+from makeup_video.web.slow_jobs import SlowJobs
 from makeup_video.web.upload import LOOK_BYTES, Uploads, file_name, read_body
 from makeup_video.web.viewer import Viewer
-from makeup_video.web.worker import Worker
+from makeup_video.web.waiting import OneAtATime
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
@@ -54,12 +55,12 @@ _GOING_AWAY = 1001
 Log = Callable[[str], None]
 
 
-def make_app(rooms: Rooms, worker: Worker, host: str, port: int, log: Log) -> ASGIApp:
+def make_app(rooms: Rooms, slow_jobs: SlowJobs, host: str, port: int, log: Log) -> ASGIApp:
     """Make the application that uvicorn serves.
 
     host: as given to --host.  port: where the server listens.  log: logs internal errors.
     """
-    endpoints = Endpoints(rooms, worker)
+    endpoints = Endpoints(rooms, slow_jobs)
     routes = [
         Route("/", endpoints.page, methods=["GET"]),
         Route("/static/{name}", endpoints.static, methods=["GET"]),
@@ -96,10 +97,9 @@ def make_app(rooms: Rooms, worker: Worker, host: str, port: int, log: Log) -> AS
 class Endpoints:
     """The functions behind the routes."""
 
-    def __init__(self, rooms: Rooms, worker: Worker) -> None:
-        self._rooms, self._worker, self._uploads = rooms, worker, Uploads(worker)
-        # One thumbnail at a time waits for the worker, so that the picture never waits for many.
-        self._one_thumbnail = asyncio.Lock()
+    def __init__(self, rooms: Rooms, slow_jobs: SlowJobs) -> None:
+        self._rooms, self._slow_jobs, self._uploads = rooms, slow_jobs, Uploads(slow_jobs)
+        self._downloads = OneAtATime(slow_jobs)
 
     async def page(self, _request: Request) -> Response:
         """Serve the page."""
@@ -142,7 +142,8 @@ class Endpoints:
         photo = self._room(request).session.photo
         if photo is None:
             raise HTTPException(404, "no photo has been read yet")
-        return Response(await self._worker.run(photo.thumbnail), media_type="image/jpeg")
+        data = await self._downloads.run(request, photo.thumbnail)
+        return Response(data, media_type="image/jpeg")
 
     async def portrait(self, request: Request) -> Response:
         """Paint an uploaded portrait from now on."""
@@ -153,37 +154,41 @@ class Endpoints:
     async def portrait_thumbnail(self, request: Request) -> Response:
         """Serve the portrait without makeup, as a small JPEG."""
         session = self._room(request).session
-        data = await self._worker.run(session.portrait_thumbnail)
+        data = await self._downloads.run(request, session.portrait_thumbnail)
         return Response(data, media_type="image/jpeg")
 
     async def recording(self, request: Request) -> Response:
         """Start a recording, with `on=1`, or stop it: for the user of this machine alone."""
         room = self._room_of_owner(request)
         on = request.query_params.get("on") == "1"
-        await self._worker.run(lambda: room.session.record(on))
+        await self._slow_jobs.run(lambda: room.session.record(on))
         return JSONResponse({"on": on})
 
     async def cameras(self, request: Request) -> Response:
         """List the cameras and sizes that a page may choose, for the user of this machine alone."""
         session, is_owner = self._room(request).session, is_this_machine(request.scope)
-        choices = await self._worker.run(session.cameras) if is_owner else {}
+        choices = await self._downloads.run(request, session.cameras) if is_owner else {}
         return JSONResponse({"is_owner": is_owner, **choices})
 
     async def choose_camera(self, request: Request) -> Response:
         """Use another camera or size: for the user of this machine alone."""
         session = self._room_of_owner(request).session
         name, size = (request.query_params.get(key, "") for key in ("name", "size"))
-        await self._worker.run(lambda: session.choose_camera(name, size))
-        choices = await self._worker.run(session.cameras)
+        await self._slow_jobs.run(lambda: session.choose_camera(name, size))
+        choices = await self._slow_jobs.run(session.cameras)
         return JSONResponse({"is_owner": True, **choices})
 
     async def picture(self, request: Request) -> Response:
         """Serve the newest picture in full size, as PNG; with `both`, beside the one before."""
         room, both = self._room(request), "both" in request.query_params
-        data = await self._worker.run(lambda: _png(room.session.whole_picture(both)))
+        headers = {"content-disposition": 'attachment; filename="makeup.png"'}
+        if request.method == "HEAD":  # the length is not worth the work
+            head = Response(media_type="image/png", headers=headers)
+            del head.headers["content-length"]
+            return head
+        data = await self._downloads.run(request, lambda: _png(room.session.whole_picture(both)))
         if data is None:
             raise HTTPException(404, "there is no picture yet")
-        headers = {"content-disposition": 'attachment; filename="makeup.png"'}
         return Response(data, media_type="image/png", headers=headers)
 
     async def shades(self, request: Request) -> Response:
@@ -203,8 +208,7 @@ class Endpoints:
         """Serve the portrait of a session with the look of the request's body on, a small JPEG."""
         room = self._room(request)
         look = look_in(bytes(await read_body(request, LOOK_BYTES, "the look")))
-        async with self._one_thumbnail:
-            data = await self._worker.run(lambda: room.session.thumbnail(look))
+        data = await self._downloads.run(request, lambda: room.session.thumbnail(look))
         return Response(data, media_type="image/jpeg")
 
     def _room_of_owner(self, request: Request) -> Room:

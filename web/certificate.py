@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from makeup_video.pipeline.errors import InputError, InstallError, OutputError, UsageError, option
+from makeup_video.web.same_origin import is_name
 
 if TYPE_CHECKING:
     from cryptography.x509 import Certificate
@@ -121,7 +122,8 @@ def _names(host: str) -> tuple[set[str], set[Address]]:
         try:
             addresses.add(ip_address(one.partition("%")[0]))  # without the scope of IPv6
         except ValueError:
-            names.add(one)
+            if is_name(one):  # not "*" or "0"
+                names.add(one.removesuffix("."))
     addresses -= {ip_address("0.0.0.0"), ip_address("::")}
     return {name for name in names if name.isascii()}, addresses
 

@@ -1,9 +1,12 @@
-"""uvicorn's two protocols, with limits on a peer's time and on the work it may cause."""
+"""The listening socket and uvicorn's two protocols, with limits on the number of connections, on a
+peer's time and on the work it may cause."""
 
 import asyncio
+import socket
 import time
 from asyncio.transports import BaseTransport
 from typing import Any, cast
+from weakref import WeakSet
 
 from uvicorn._types import ASGIReceiveEvent
 from uvicorn.protocols.http.h11_impl import H11Protocol
@@ -25,6 +28,33 @@ _READ_BYTES = 4096
 _REST = 9.0
 _BYTES_A_SECOND = 2_000_000
 _STUCK = 5  # times that the limit for a header may pass while none of a response is sent
+
+
+class ListeningSocket(socket.socket):
+    """A listening socket that closes what connects beyond `most` open connections.
+
+    uvicorn counts only connections that have sent a request, so idle ones, or TLS handshakes that
+    never end, would take all file descriptors of the run.
+    """
+
+    most = 160
+
+    def __init__(self, family: int, fileno: int) -> None:
+        """Take over a listening socket of TCP."""
+        # asyncio sends without delay (TCP_NODELAY) where a socket names its protocol, and accepted
+        # sockets take it over. Otherwise the kernel may hold back the end of a picture, until the
+        # page acknowledges what came before: up to 40 ms.
+        super().__init__(family, socket.SOCK_STREAM, socket.IPPROTO_TCP, fileno)
+        self._accepted: WeakSet[socket.socket] = WeakSet()
+
+    def accept(self) -> tuple[socket.socket, Any]:
+        """Accept a connection. Raises ConnectionAbortedError, which asyncio passes over."""
+        connection, address = super().accept()
+        if sum(one.fileno() >= 0 for one in self._accepted) >= self.most:
+            connection.close()
+            raise ConnectionAbortedError("there are too many connections")
+        self._accepted.add(connection)
+        return connection, address
 
 
 class Requests(H11Protocol):

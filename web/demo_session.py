@@ -20,7 +20,7 @@ from makeup_video.web.session import (
     ShownPicture,
     Wanted,
 )
-from makeup_video.web.worker import Worker
+from makeup_video.web.slow_jobs import SlowJobs
 
 MOST_SESSIONS = 16
 GRACE_SECONDS = 30.0  # how long a page that lost its connection finds its session again
@@ -36,12 +36,12 @@ class DemoSession:
         portrait: Portrait,
         look: Look,
         photo: PhotoLook | None,
-        worker: Worker,
+        slow_jobs: SlowJobs,
         log: Callable[[str], None],
     ) -> None:
         self.name = secrets.token_urlsafe(16)
         self.look, self.photo = look, photo
-        self._portrait, self._worker, self._log = portrait, worker, log
+        self._portrait, self._slow_jobs, self._log = portrait, slow_jobs, log
         self._push: Push | None = None
         self._compares = False
         self._chosen_us = _now_us()
@@ -102,10 +102,10 @@ class DemoSession:
     def _paint_soon(self) -> None:
         if not self._is_due and self._push is not None:
             self._is_due = True
-            self._worker.submit(self._paint)
+            self._slow_jobs.submit(self._paint)
 
     def _paint(self) -> None:
-        """Paint and push a picture, on the worker's thread."""
+        """Paint and push a picture, on the thread of slow jobs."""
         self._is_due = False  # a look that is set from here on needs another picture
         push, chosen_us, portrait = self._push, self._chosen_us, self._portrait
         if push is None:
@@ -130,13 +130,13 @@ class DemoShow:
         self,
         portrait: Portrait,
         look: Look,
-        worker: Worker,
+        slow_jobs: SlowJobs,
         log: Callable[[str], None],
         grace_seconds: float = GRACE_SECONDS,
         photo: PhotoLook | None = None,
     ) -> None:
         """portrait, look: the start of every session.  photo: the source of the look, if any."""
-        self._portrait, self._look, self._worker, self._log = portrait, look, worker, log
+        self._portrait, self._look, self._slow_jobs, self._log = portrait, look, slow_jobs, log
         self._grace_seconds, self._photo = grace_seconds, photo
         self._sessions: dict[str, DemoSession] = {}
         self._left: dict[str, asyncio.TimerHandle] = {}  # the session left first comes first
@@ -150,7 +150,7 @@ class DemoShow:
             if not self._left:
                 raise UsageError(f"{MOST_SESSIONS} pages are open already: close one, then reload")
             self._forget(next(iter(self._left)))
-        session = DemoSession(self._portrait, self._look, self._photo, self._worker, self._log)
+        session = DemoSession(self._portrait, self._look, self._photo, self._slow_jobs, self._log)
         self._sessions[session.name] = session
         return session
 

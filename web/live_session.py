@@ -1,9 +1,10 @@
 """The show of a camera: one session, one look, for all pages."""
 
+import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
-from typing import Any, ClassVar, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 from makeup_video.pipeline.errors import InputError, UsageError
@@ -16,15 +17,12 @@ from makeup_video.web.preview_sink import PreviewSink
 from makeup_video.web.read_look import read_look
 from makeup_video.web.session import PhotoLook, Push, Session, SeveralFaces, Wanted
 
+if TYPE_CHECKING:
+    from makeup_video.pipeline.live.run import LiveFigures
+
 NAME = "live"
 _ONE_SIZE = ("recording", "stream", "camera")  # outputs whose frames keep their size
 _BARE_SECONDS = 2.0  # how long to wait for a frame whose picture without makeup is kept
-
-
-class Figures(Protocol):
-    """A dataclass: fps, latency_ms, dropped, level, level_notice, notice, sinks."""
-
-    __dataclass_fields__: ClassVar[dict[str, Any]]
 
 
 class LiveRunControl(Protocol):
@@ -35,7 +33,7 @@ class LiveRunControl(Protocol):
     @property
     def look(self) -> Look: ...
     def set_look(self, look: Look, /) -> None: ...
-    def figures(self) -> Figures: ...
+    def figures(self) -> "LiveFigures": ...
     def add_sink(self, sink: LiveSink, /) -> None: ...
     def end_sink(self, sink: LiveSink, /) -> None: ...
 
@@ -65,6 +63,8 @@ class LiveSession:
         self._make_recording = make_recording
         self._recording: LiveSink | None = None
         self._portrait: Portrait | None = None
+        self._needs_both = False  # a picture of before and after
+        self._wishes = threading.Lock()
 
     @property
     def look(self) -> Look:
@@ -77,7 +77,19 @@ class LiveSession:
         self._sink.push = push
 
     def compare(self, on: bool) -> None:
-        self._run.compare = self._sink.compares = on
+        with self._wishes:
+            self._sink.compares = on
+            self._keep_planes()
+
+    def _need_both(self, on: bool) -> None:
+        """Only on the thread of slow jobs, which does one at a time."""
+        with self._wishes:
+            self._needs_both = on
+            self._keep_planes()
+
+    def _keep_planes(self) -> None:
+        """Let the run keep the camera's planes while anybody needs them; under the lock."""
+        self._run.compare = self._sink.compares or self._needs_both
 
     @property
     def has_video(self) -> bool:
@@ -114,7 +126,7 @@ class LiveSession:
             try:
                 self._run.add_sink(recording)
             except BaseException:
-                recording.finish(True)  # gives back the sound that it took
+                recording.finish()  # gives back the sound that it took
                 raise
             self._recording = recording
         elif not on and self._recording is not None:
@@ -136,17 +148,17 @@ class LiveSession:
         for chosen, several, now in ((name, "names", "name"), (size, "sizes", "size")):
             if chosen not in (*offered[several], offered[now]):
                 raise UsageError(f"{chosen} is not offered: choose one of the list of {several}")
-        for sink in self.figures()["sinks"]:
-            if sink["kind"] in _ONE_SIZE and not sink["is_over"]:
-                raise UsageError(f"{sink['name']} needs frames of one size: end it first")
+        for sink in self._run.figures().sinks:
+            if sink.kind in _ONE_SIZE and not sink.is_over:
+                raise UsageError(f"{sink.name} needs frames of one size: end it first")
         self._cameras.choose(name, size)
 
     @property
     def _is_recording(self) -> bool:
         """False as well after a recording that failed, as on a full disk."""
         name = self._recording and self._recording.name
-        sinks = self.figures()["sinks"] if name else ()
-        return any(sink["name"] == name and not sink["is_over"] for sink in sinks)
+        sinks = self._run.figures().sinks if name else ()
+        return any(sink.name == name and not sink.is_over for sink in sinks)
 
     def whole_picture(self, both: bool) -> np.ndarray | None:
         if not both:
@@ -171,7 +183,7 @@ class LiveSession:
     def _picture_with_both(self) -> LivePicture:
         """The next picture, with that of the camera. Raises InputError when none comes."""
         until = time.monotonic() + _BARE_SECONDS
-        self._run.compare = True
+        self._need_both(True)
         try:
             while time.monotonic() < until:
                 newest = self._sink.newest
@@ -179,7 +191,7 @@ class LiveSession:
                     return newest
                 time.sleep(0.01)
         finally:
-            self._run.compare = self._sink.compares
+            self._need_both(False)
         raise InputError("the camera sends no frames now: try again later")
 
 

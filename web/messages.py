@@ -31,7 +31,7 @@ from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.kind import Kind
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.params import GraphicsParams
-from makeup_video.pipeline.look.strict_json import whole_number
+from makeup_video.pipeline.look.strict_json import object_without_repeats, whole_number
 from makeup_video.web.session import PHOTO_BYTES, PhotoLook, Session
 
 _LARGEST = 2**63
@@ -93,7 +93,14 @@ def read_message(text: str) -> PageMessage:
     Raises LookError or UsageError: one line, for the page.
     """
     try:
-        values = json.loads(text, parse_constant=_refuse, parse_int=whole_number)
+        values = json.loads(
+            text,
+            object_pairs_hook=object_without_repeats,
+            parse_constant=_refuse,
+            parse_int=whole_number,
+        )
+    except LookError:
+        raise
     except (ValueError, RecursionError):
         raise UsageError("a message must be a JSON object without NaN or Infinity") from None
     kind = values.get("type") if isinstance(values, dict) else None

@@ -80,7 +80,7 @@ class PreviewSink:
         if self.newest is not None:
             self._show(self.newest)
 
-    def finish(self, stopped: bool) -> None:
+    def finish(self) -> None:
         """Do nothing: the pages keep the last picture."""
 
     def _show(self, picture: LivePicture) -> None:

@@ -5,6 +5,7 @@ can send requests here, too. Its Origin header gives it away, and where it has p
 own to this address (DNS rebinding), its Host header does.
 """
 
+import re
 from collections.abc import Mapping
 from ipaddress import ip_address
 from urllib.parse import urlsplit
@@ -24,6 +25,8 @@ _SAFE = {
     "cache-control": "no-store",
 }
 
+# The last part of a name begins with a letter; that of an address, such as 127.1, does not.
+_NAME = re.compile(r"([\w-]+\.)*[^\W\d][\w-]*\.?")
 _MAPPED = "::ffff:"  # an IPv4 address as a socket for both versions shows it
 _PORTS = {"http": 80, "https": 443}  # which browsers leave out
 
@@ -35,7 +38,8 @@ class SameOrigin:
     """
 
     def __init__(self, app: ASGIApp, host: str, port: int) -> None:
-        self._app, self._host, self._port = app, host.lower(), port
+        self._app, self._port = app, port
+        self._host = host.lower().removesuffix(".")
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] not in ("http", "websocket"):
@@ -69,7 +73,7 @@ class SameOrigin:
             return False
         if parts.netloc != host or "@" in host or (port or usual_port) != self._port:
             return False
-        return name in ("localhost", self._host) or _is_ip(name)
+        return name.removesuffix(".") in ("localhost", self._host) or _is_ip(name)
 
 
 def _scheme(scope: Scope) -> str:
@@ -90,6 +94,11 @@ def is_loopback(host: str) -> bool:
         return ip_address(host.removeprefix(_MAPPED)).is_loopback
     except ValueError:
         return False
+
+
+def is_name(host: str) -> bool:
+    """Whether a host is the name of a machine, such as "pc.local", and no address."""
+    return _NAME.fullmatch(host) is not None
 
 
 def is_this_machine(scope: Scope) -> bool:

@@ -4,23 +4,29 @@ The caller keeps the main thread and its signals: the server does not handle Ctr
 """
 
 import asyncio
+import errno
 import socket
 import ssl
 import threading
 from functools import partial
+from ipaddress import ip_address
+from typing import Any
 
 import uvicorn
-from makeup_video.pipeline.errors import InstallError, UsageError, option
+from makeup_video.pipeline.errors import InstallError, StoppedError, UsageError, option
 from makeup_video.web.app import Log, make_app
-from makeup_video.web.connection import Connection, Requests
+from makeup_video.web.connection import Connection, ListeningSocket, Requests
 from makeup_video.web.rooms import Rooms
+from makeup_video.web.same_origin import is_name
 from makeup_video.web.session import Show
+from makeup_video.web.slow_jobs import SlowJobs
 from makeup_video.web.upload import LOOK_BYTES
-from makeup_video.web.worker import Worker
 
 _GOODBYE_SECONDS = 0.3
 _STOP_SECONDS = 5.0
-_CONNECTIONS = 128
+_CONNECTIONS = 128  # with more, requests are answered with 503; a ListeningSocket closes some later
+_NO_DESCRIPTORS = (errno.EMFILE, errno.ENFILE)
+_BROADCAST = "255.255.255.255"
 _HANDSHAKE_SECONDS = 10.0  # as long as the header of a request may take
 
 
@@ -37,7 +43,7 @@ class Server:
     def __init__(
         self,
         show: Show,
-        worker: Worker,
+        slow_jobs: SlowJobs,
         host: str = "127.0.0.1",
         port: int = 0,
         *,
@@ -45,7 +51,7 @@ class Server:
         tls: ssl.SSLContext | None = None,
         ping_seconds: float = 20.0,
     ) -> None:
-        self._rooms, self._worker = Rooms(show), worker
+        self._rooms, self._slow_jobs = Rooms(show), slow_jobs
         self._host, self._port, self._log = host, port, log
         self._tls, self._ping_seconds = tls, ping_seconds
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -53,6 +59,8 @@ class Server:
         self._begun = threading.Event()
         self._failed: BaseException | None = None
         self._thread: threading.Thread | None = None
+        self._logged = ""  # the last line about a fault of the loop
+        self.address = ""  # the IP address where the server listens, once it has started
 
     def start(self) -> str:
         """Start serving, and return the page's address, such as "http://127.0.0.1:8080/".
@@ -61,7 +69,7 @@ class Server:
         InstallError when a library of the server cannot be loaded.
         """
         listening = _listen(self._host, self._port)
-        port: int = listening.getsockname()[1]
+        self.address, port = listening.getsockname()[:2]
         self._thread = threading.Thread(
             target=self._run, args=(listening, port), name="web server", daemon=True
         )
@@ -73,7 +81,9 @@ class Server:
             ) from self._failed
         if self._failed is not None:
             raise self._failed
-        name = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self._host, self._host)
+        name = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(self.address, self.address)
+        if is_name(self._host):
+            name = self._host  # a certificate may be for this name
         scheme = "http" if self._tls is None else "https"
         return f"{scheme}://{f'[{name}]' if ':' in name else name}:{port}/"
 
@@ -89,7 +99,7 @@ class Server:
             except RuntimeError:  # the loop has just ended
                 ending.close()
             self._thread.join(_STOP_SECONDS)
-        self._worker.stop()  # again: the server may not have run
+        self._slow_jobs.stop()  # again: the server may not have run
 
     def _run(self, listening: socket.socket, port: int) -> None:
         try:
@@ -103,7 +113,7 @@ class Server:
             self._begun.set()
 
     def _serve_until_stopped(self, listening: socket.socket, port: int) -> None:
-        app = make_app(self._rooms, self._worker, self._host, port, self._log)
+        app = make_app(self._rooms, self._slow_jobs, self._host, port, self._log)
         config = uvicorn.Config(
             app,
             loop="asyncio",
@@ -120,6 +130,7 @@ class Server:
             proxy_headers=False,
             server_header=False,
             limit_concurrency=_CONNECTIONS,
+            backlog=_CONNECTIONS,  # as many are accepted before any other work
             timeout_graceful_shutdown=1,
         )
         config.load()
@@ -129,11 +140,29 @@ class Server:
 
     async def _serve(self, server: uvicorn.Server, listening: socket.socket) -> None:
         self._loop = loop = asyncio.get_running_loop()
+        loop.set_exception_handler(self._log_fault)
         if self._tls is not None:  # uvicorn has no option for it
             listen = partial(loop.create_server, ssl_handshake_timeout=_HANDSHAKE_SECONDS)
             loop.create_server = listen  # type: ignore[method-assign]
         self._begun.set()
         await server.serve(sockets=[listening])
+
+    def _log_fault(self, _loop: asyncio.AbstractEventLoop, fault: dict[str, Any]) -> None:
+        """Log in one line what asyncio would print with a traceback; a repeated line once."""
+        error = fault.get("exception")
+        if isinstance(error, StoppedError):  # of a request that the end of the server cuts off
+            return
+        if isinstance(error, OSError) and error.errno in _NO_DESCRIPTORS:
+            line = (
+                f"the page takes no new connections for now: {error.strerror}; close other pages, "
+                "or raise the limit of open files (ulimit -n)"
+            )
+        else:
+            line = f"internal error of the page's server: {fault['message']}"
+            line += f": {type(error).__name__}: {error}" if error else ""
+        if line != self._logged:
+            self._logged = line
+            self._log(line)
 
     async def _end(self) -> None:
         self._rooms.end()
@@ -141,7 +170,7 @@ class Server:
         while self._rooms.viewers and asyncio.get_running_loop().time() < until:
             await asyncio.sleep(0.01)
         # requests that wait for it are answered, before uvicorn cancels them as internal errors
-        self._worker.stop()
+        self._slow_jobs.stop()
         assert self._uvicorn is not None
         self._uvicorn.should_exit = True
 
@@ -151,22 +180,18 @@ def _listen(host: str, port: int) -> socket.socket:
     if not 0 <= port <= 65535:
         raise UsageError(f"{option('port')} must be in 0..65535, got {port}")
     try:
-        family, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        name = host.removesuffix(".") if is_name(host) else host
+        family, *_, address = socket.getaddrinfo(name, port, type=socket.SOCK_STREAM)[0]
+        if ip_address(address[0]).is_multicast or address[0] == _BROADCAST:
+            raise OSError(errno.EADDRNOTAVAIL, "nobody can connect to it")
         both = host == "::" and socket.has_dualstack_ipv6()  # as people expect of "every address"
         listening = socket.create_server(address, family=family, dualstack_ipv6=both)
-        # asyncio sends without delay (TCP_NODELAY) where a socket names its protocol, and accepted
-        # sockets take it over. Otherwise the kernel may hold back the end of a picture, until the
-        # page acknowledges what came before: up to 40 ms.
-        return socket.socket(
-            family, socket.SOCK_STREAM, socket.IPPROTO_TCP, fileno=listening.detach()
-        )
+        return ListeningSocket(family, listening.detach())
     except (OSError, UnicodeError) as error:
         raise UsageError(_why_not(host, port, error)) from error
 
 
 def _why_not(host: str, port: int, error: Exception) -> str:
-    import errno
-
     number = getattr(error, "errno", None)
     if number == errno.EADDRINUSE:
         return (

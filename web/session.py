@@ -5,8 +5,9 @@ the picture that it is painted on; it knows no sockets, and makes pictures only 
 watches.
 
 `read`, `take_portrait`, `record`, `cameras`, `choose_camera`, `whole_picture` and the methods of
-thumbnails are slow: they are called on the worker's thread, one at a time. `show_again` is slow,
-too, and may be called on any thread. All others are called on the server's loop and must not block.
+thumbnails are slow: they are called on the thread of `SlowJobs`, one at a time. `show_again` is
+slow, too, and may be called on any thread. All others are called on the server's loop and must not
+block.
 """
 
 import struct

@@ -3,11 +3,13 @@
 import asyncio
 import re
 from collections.abc import Callable
-from typing import Any, TypeVar
+from concurrent.futures import Future
+from typing import TypeVar
 from urllib.parse import unquote
 
 from makeup_video.web.session import PHOTO_BYTES
-from makeup_video.web.worker import Worker
+from makeup_video.web.slow_jobs import SlowJobs
+from makeup_video.web.waiting import while_wanted
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 
@@ -29,8 +31,8 @@ T = TypeVar("T")
 class Uploads:
     """Jobs on what pages upload; it limits how many photos are in memory."""
 
-    def __init__(self, worker: Worker) -> None:
-        self._worker = worker
+    def __init__(self, slow_jobs: SlowJobs) -> None:
+        self._slow_jobs = slow_jobs
         self._now = 0
 
     async def run(
@@ -49,27 +51,22 @@ class Uploads:
         if self._now >= AT_ONCE:
             raise HTTPException(503, "other photos are being read: try again in a moment")
         self._now += 1
-        waiting: list[asyncio.Future[Any]] = []
         body = bytearray()
+        submitted: Future[T] | None = None
+
+        def work() -> T:
+            data = bytes(body)
+            body.clear()
+            return job(data)
+
         try:
             body = await read_body(request, most_bytes, what)
-            working = asyncio.ensure_future(self._worker.run(lambda: job(bytes(body))))
-            waiting = [working, asyncio.ensure_future(_left(request))]
-            await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
-            if not working.done():
-                raise HTTPException(400, "the page has given up this request: send it again")
-            return working.result()
+            submitted = self._slow_jobs.submit(work)
+            return await while_wanted(request, self._slow_jobs.result_of(submitted))
         finally:
             self._now -= 1
-            for each in waiting:
-                each.cancel()
-            body.clear()  # a job that is left out holds it until its turn
-
-
-async def _left(request: Request) -> None:
-    """Wait until the page gives up a request whose body was read."""
-    while (await request.receive())["type"] != "http.disconnect":
-        pass
+            if submitted is not None and submitted.cancel():
+                body.clear()  # a job that is left out holds it until its turn
 
 
 async def read_body(
@@ -103,16 +100,25 @@ async def read_body(
     if too_large:
         raise HTTPException(
             413,
-            f"{what or file_name(request)} is larger than {most_bytes / 1e6:.2g} MB: make it "
-            "smaller",
+            f"{what or file_name(request)} is larger than {_size(most_bytes)}: make it smaller",
         )
     return data
+
+
+def _size(count: int) -> str:
+    """A number of bytes, such as "66 kB" or "64 MB"."""
+    return f"{count / 1e6:.2g} MB" if count >= 1_000_000 else f"{count / 1e3:.0f} kB"
+
+
+def printable(text: str) -> str:
+    """Text of strangers without the characters that have no place in one line."""
+    return _UNPRINTABLE.sub("", text)
 
 
 def file_name(request: Request) -> str:
     """Read the file's name from X-File-Name, percent-encoded: one line without a path."""
     name = unquote(request.headers.get("x-file-name", ""))
-    name = _UNPRINTABLE.sub("", re.split(r"[/\\]", name)[-1]).strip()
+    name = printable(re.split(r"[/\\]", name)[-1]).strip()
     if len(name) > _LONGEST_NAME:
         name = name[: _LONGEST_NAME // 2 - 1] + "…" + name[-_LONGEST_NAME // 2 :]
     return name or "the photo"

@@ -34,7 +34,8 @@ def orientation(metadata: dict[int, Any]) -> Orientation:
 def without_thumbnail(block: bytes) -> bytes:
     """An EXIF block without the small picture, which would still show the face unpainted.
 
-    Where its place is told in another way, only the way to it goes. A block that is damaged stays.
+    Where its place is given in another way, only the entry that leads to it is removed. A damaged
+    block stays.
     """
     base = len(EXIF_MARK) if block.startswith(EXIF_MARK) else 0
     order: Literal["little", "big"] = "little" if block[base : base + 2] == b"II" else "big"

@@ -1,4 +1,4 @@
-"""What PNG and JPEG files tell beside their pixels and beside what OpenCV hands over.
+"""What PNG and JPEG files hold beside their pixels and beside what OpenCV returns.
 
 PNG (W3C, third edition), section 11.3; JPEG File Interchange Format 1.02.
 """
@@ -6,7 +6,7 @@ PNG (W3C, third edition), section 11.3; JPEG File Interchange Format 1.02.
 import re
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from makeup_video.pipeline.images.jpeg_segments import (
@@ -14,6 +14,7 @@ from makeup_video.pipeline.images.jpeg_segments import (
     APP2,
     COMMENT,
     JPEG_MARK,
+    Segment,
     behind_picture,
     is_cmyk,
     segment,
@@ -32,7 +33,7 @@ _PNG_TAGS = {
     b"iTXt": "texts",
 }
 # Texts that OpenCV reads as XMP, or in which older programs kept EXIF, XMP and profiles, which
-# would tell of the picture as it was.
+# would describe the unpainted picture.
 _KNOWN_TEXTS = (b"XML:com.adobe.xmp\0", b"Raw profile type ")
 _IHDR_END = 33  # of a PNG: the mark, and the header with its length, name and checksum
 _JFIF = b"\xff\xe0\x00\x10JFIF\0"  # how the first segment of most JPEGs begins
@@ -52,11 +53,11 @@ _TAG = re.compile(rb"<(/?)%b(?:\s[^<>]*?)?(/?)>" % _ANNOUNCED)
 
 
 class FileTags(NamedTuple):
-    """What a file tells that OpenCV does not.
+    """What a file holds that OpenCV does not return.
 
-    kind: "png" or "jpeg"; "" for other files.  names: what the blocks tell, in words.
+    kind: "png" or "jpeg"; "" for other files.  names: what the blocks hold, in words.
     blocks: chunks of a PNG or comments of a JPEG, as they stand in the file.
-    per_metre: the pixels across and down that a metre holds in print; None: not told.
+    per_metre: the pixels across and down that a metre holds in print; None: not given.
     lost: a line for what no output holds.  conversions: what reading the pixels changes.
     """
 
@@ -76,7 +77,7 @@ def file_tags(data: bytes) -> FileTags:
 
 
 def with_file_tags(data: bytes, kind: str, tags: FileTags) -> tuple[bytes, list[str]]:
-    """A picture as OpenCV writes it with what its kind of file can tell, and a line for the rest.
+    """A picture as OpenCV writes it with what its kind of file can hold, and a line for the rest.
 
     kind: of the file that `data` is, "png", "jpeg" or "webp".
     """
@@ -134,26 +135,27 @@ def _tags_of_png(data: bytes) -> FileTags:
 
 
 def _tags_of_jpeg(data: bytes) -> FileTags:
-    comments = b"".join(segment(*one) for one in segments(data) if one[0] == COMMENT)
+    found = list(segments(data))  # once: a large photo takes milliseconds
+    comments = b"".join(segment(*one) for one in found if one[0] == COMMENT)
     per_metre = None
     if data[len(JPEG_MARK) :].startswith(_JFIF) and len(data) >= _JFIF_END:
         unit, across, down = struct.unpack(">BHH", data[_DENSITY])
         if unit in _PER_METRE and across and down:
             per_metre = (round(across * _PER_METRE[unit]), round(down * _PER_METRE[unit]))
-    names, changed = ("comment",) if comments else (), ("CMYK -> RGB",) if is_cmyk(data) else ()
-    return FileTags("jpeg", names, comments, per_metre, _lost_behind(data), changed)
+    names, changed = ("comment",) if comments else (), ("CMYK -> RGB",) if is_cmyk(found) else ()
+    return FileTags("jpeg", names, comments, per_metre, _lost_behind(found), changed)
 
 
-def _lost_behind(data: bytes) -> tuple[str, ...]:
+def _lost_behind(found: Sequence[Segment]) -> tuple[str, ...]:
     """A line for what follows a picture in its file: a gain map, further pictures, a movie, or data
     of a phone."""
-    rest = behind_picture(data).strip(b"\0")
+    rest = behind_picture(found).strip(b"\0")
     if len(rest) < _LEAST_BYTES:
         return ()
     has_gain_map = any(
         (marker == APP2 and content.startswith(_GAIN_MAP))
         or (marker == APP1 and _ADOBE_GAIN_MAP in content)
-        for marker, content in segments(data)
+        for marker, content in found
     )
     if has_gain_map:
         name = "gain map of HDR"

@@ -18,7 +18,7 @@ HEAD_BYTES = 64  # of the file: enough for the brands that cameras write
 _BANDS_PX = 1_000_000  # colours are converted in bands of this many pixels, which bounds the memory
 # ITU-T H.273. Other primaries of SDR photos are close to sRGB's, or unspecified.
 _WIDE_PRIMARIES = (9, 12)
-_HDR_TRANSFERS = (16, 18)
+_HDR_TRANSFERS = (16, 18)  # PQ and HLG
 
 # What pi-heif raises for damaged files.
 _DAMAGE = (OSError, ValueError, SyntaxError, RuntimeError, EOFError, IndexError)
@@ -38,7 +38,7 @@ def is_heif(head: bytes) -> bool:
 
 
 def _library(name: object) -> Any:
-    """pi-heif, told to leave out everything but the pictures.
+    """pi-heif, set to leave out everything but the pictures.
 
     name: the photo, for the message. Raises InstallError when pi-heif is missing.
     """

@@ -1,4 +1,4 @@
-"""What an ICC profile tells about the colours of a stored picture."""
+"""What an ICC profile states about the colours of a stored picture."""
 
 import struct
 

@@ -2,7 +2,7 @@
 
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import takewhile
 
 JPEG_MARK = b"\xff\xd8"
@@ -12,6 +12,7 @@ APP1, APP2 = 0xE1, 0xE2
 # pixels. Without a repetition Python looks for FF twenty times as fast.
 _MARKER = re.compile(rb"\xff([^\x00\xd0-\xd7\xff])")
 _END = 0xD9
+_SCAN = 0xDA  # coded pixels follow
 _APPS = range(0xE0, 0xF0)
 _FRAMES = set(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}  # the markers with size and components
 _COMPONENTS_AT = 5  # in the content of such a segment
@@ -20,10 +21,11 @@ _PROFILE = b"ICC_PROFILE\0"
 _PROFILE_HEAD = len(_PROFILE) + 2  # its number, counted from 1, and how many there are
 _PROFILE_BYTES = _MOST_BYTES - _PROFILE_HEAD
 _MOST_PARTS = 255
+Segment = tuple[int, bytes]  # marker and content
 
 
-def segments(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """(marker, content) of each segment; the last one, `_END`, has what lies behind the picture.
+def segments(data: bytes) -> Iterator[Segment]:
+    """Each segment of a file; the last one, `_END`, has what lies behind the picture.
 
     A file that is damaged or cut short has the segments before the damage.
     """
@@ -43,23 +45,25 @@ def segment(marker: int, content: bytes) -> bytes:
     return struct.pack(">BBH", 0xFF, marker, len(content) + 2) + content
 
 
-def behind_picture(data: bytes) -> bytes:
+def behind_picture(found: Iterable[Segment]) -> bytes:
     """What lies behind the end of the picture: a gain map, other pictures, a movie."""
-    return next((content for marker, content in segments(data) if marker == _END), b"")
+    return next((content for marker, content in found if marker == _END), b"")
 
 
-def is_cmyk(data: bytes) -> bool:
+def is_cmyk(found: Iterable[Segment]) -> bool:
     """True for a picture of four components."""
-    frames = (content for marker, content in segments(data) if marker in _FRAMES)
+    frames = (content for marker, content in found if marker in _FRAMES)
     frame = next(frames, b"")
     return frame[_COMPONENTS_AT : _COMPONENTS_AT + 1] == b"\x04"
 
 
 def icc_profile(data: bytes) -> bytes:
     """The ICC profile, of all its segments; b"" where there is none."""
+    # the coded pixels, which take as long as all else, are not searched
+    heads = takewhile(lambda one: one[0] != _SCAN, segments(data))
     parts = [
         content[len(_PROFILE) :]
-        for marker, content in segments(data)
+        for marker, content in heads
         if marker == APP2 and content.startswith(_PROFILE)
     ]
     return b"".join(part[2:] for part in sorted(parts))  # a part begins with its number

@@ -50,7 +50,8 @@ def is_picture(path: Path) -> bool:
         return True
     if (kind := _other_still(head)) is not None:
         raise DecodeError(
-            f"{path} is {kind} picture, which cannot be painted: save it as PNG first"
+            f"{path} is {kind} picture, which is read only as the photo of a look: save it as PNG "
+            "first"
         )
     return head.startswith(b"\xff\xd8\xff") and path.suffix.lower() not in (".mjpeg", ".mjpg")
 

@@ -13,10 +13,10 @@ from makeup_video.pipeline.frames.colour_tags import ColourTags, resolve
 from makeup_video.pipeline.frames.sampling import halved
 from makeup_video.pipeline.images.hdr_preview import JFIF, standard
 
-# Pictures with longer sides are halved: no page is wider, and 2160p costs three times as much
-# whole.
+# Pictures with longer sides are halved: no page is wider, and at full size 2160p takes three times
+# as long.
 LIMIT_PX = 2560
-# Limited-range BT.709 in sRGB's curve: what decoders assume that ignore the tags of a stream.
+# Limited-range BT.709 in sRGB's curve: decoders that ignore a stream's tags assume it.
 VIDEO = Coding(1, False)
 _FINE = 2  # what chroma adds to luma is stored in halves of a code; it never reaches 64 codes
 Planes = tuple[np.ndarray, ...] | list[np.ndarray]

@@ -113,6 +113,31 @@ def test_rows_with_one_output_are_both_named(folder):
     assert "the name a.mkv (jobs.csv, line 2 and jobs.csv, line 3): give each" in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("more", "template", "field"),
+    [("b/a.mkv", "{name}.mkv", "{folder}"), ("clips/a.mov", "{name}.mkv", "{ext}"),
+     ("clips/b.mkv", "{folder}.mkv", "{name}")],
+)  # fmt: skip
+def test_inputs_of_one_output_and_the_field_to_add_are_named(folder, more, template, field):
+    (folder / more).parent.mkdir(exist_ok=True)
+    (folder / more).touch()
+    done = run("batch", "clips/a.mkv", more, "--look", "none", "-o", f"out/{template}")
+    assert done.exit_code == 2
+    assert f"(clips/a.mkv and {more}): give each its own, for example with {field}" in done.stderr
+
+
+def test_a_link_and_a_lost_link_in_a_folder(folder):
+    (folder / "clips" / "a-link.mkv").symlink_to("b.mkv")
+    (folder / "clips" / "lost.mkv").symlink_to("gone.mkv")
+    done = run("batch", "clips", "--look", "none", "--codec", "ffv1", "-o", "out/{name}.mkv")
+    assert done.exit_code == 5 and "2 of 3 outputs done" in done.stderr
+    assert sorted(path.name for path in (folder / "out").glob("*.mkv")) == ["a.mkv", "b.mkv"]
+    last = done.stderr.strip().splitlines()[-1]
+    assert last.startswith(
+        "  out/lost.mkv failed: InputError: clips/lost.mkv is a link to gone.mkv"
+    )
+
+
 def test_a_look_of_a_row_leaves_the_face_of_the_photo_out(folder):
     (folder / "jobs.csv").write_text("in,look\nclips/a.mkv,none\n")
     done = run("batch", "--list", "jobs.csv", "--ref", str(SAMPLES / "look.jpg"), "--ref-face", "0",
@@ -246,3 +271,26 @@ def test_ctrl_c_ends_with_130_and_the_batch_goes_on_later(folder):
     assert not list(folder.glob("**/*.part.*"))
     assert run(*words, "--resume").exit_code == 0
     assert len(list(folder.glob("out/*.mkv"))) == 4
+
+
+@pytest.mark.parametrize("template", ["{name}.mkv", "{name}-{look}.mkv", "{name}{name}/{look}.mkv"])
+def test_a_name_that_grows_too_long_fails_alone(folder, template):
+    """Of the input's name itself, with .part beside it, with the look's, and of a folder."""
+    shutil.copy(folder / "clips" / "a.mkv", folder / "clips" / f"{'x' * 248}.mkv")
+    words = ("batch", "clips", "--look", "none", "--codec", "ffv1", "-o", f"out/{template}")
+    for more in ((), (), ("--retry",)):
+        done = run(*words, *more)
+        assert done.exit_code == 5, done.stderr
+        assert "2 of 3 outputs done" in done.stderr and "internal error" not in done.stderr
+        last = done.stderr.strip().splitlines()[-1]
+        assert "OutputError" in last and last.endswith("name too long; choose a shorter name")
+    assert len(list((folder / "out").glob("**/*.mkv"))) == 2
+
+
+def test_only_the_looks_whose_names_are_too_long_fail(folder):
+    long = folder / f"{'x' * 240}.json"
+    shutil.copy(folder / "red.json", long)
+    done = run("batch", "clips", "--look", "none", "--look", long.name, "--codec", "ffv1",
+               "-o", "out/{name}-to-be-seen-{look}.mkv")  # fmt: skip
+    assert done.exit_code == 5 and "2 of 4 outputs done" in done.stderr
+    assert len(list((folder / "out").glob("*.mkv"))) == 2

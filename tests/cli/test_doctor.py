@@ -5,6 +5,8 @@ import json
 import pytest
 from command_line import run
 from makeup_video.benchmark.self_test import self_test
+from makeup_video.cli import findings as findings_module
+from makeup_video.cli.findings import NOTE, OK
 from makeup_video.pipeline.live.sources import microphone
 from makeup_video.pipeline.media.codecs import CODECS
 
@@ -29,6 +31,16 @@ def test_what_is_wrong_is_one_line_and_an_exit_code():
     assert all(line[:4] in ("ok  ", "note", "bad ") for line in lines)
     wrong = [line for line in lines if line.startswith("bad")]
     assert len(wrong) == 1 and "self-test: UsageError: --device: an OpenCL device is" in wrong[0]
+
+
+def test_a_folder_for_kernels_that_goes_away_is_noted(monkeypatch, tmp_path):
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
+    assert findings_module._opencl().state == OK
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path / "file"))
+    noted = findings_module._opencl()
+    assert noted.state == NOTE and noted.words.startswith("0 ")
+    assert noted.words.endswith(": set POCL_CACHE_DIR to a folder that stays")
 
 
 def test_a_self_test_paints_every_frame():

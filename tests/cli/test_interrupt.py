@@ -32,8 +32,8 @@ def test_a_busy_thread_keeps_neither_process_nor_exit_code():
     """A thread that reads a large uploaded photo is busy in this way."""
     code = (
         "import time; from makeup_video.cli import main\n"
-        "from makeup_video.web.worker import Worker\n"
-        "worker = Worker(); worker.submit(lambda: time.sleep(600)); worker.stop(); main._exit(5)"
+        "from makeup_video.web.slow_jobs import SlowJobs\n"
+        "slow_jobs = SlowJobs(); slow_jobs.submit(lambda: time.sleep(600)); slow_jobs.stop(); main._exit(5)"
     )
     assert subprocess.run([sys.executable, "-c", code], timeout=60, check=False).returncode == 5
 

@@ -73,6 +73,28 @@ def test_no_room_for_kernels_is_one_line(folder):
     assert [path.name for path in folder.iterdir()] == ["kernels"]
 
 
+BATCH = ["batch", str(SAMPLES / "portrait.jpg"), "--color", "B4002E", "-o", "{name}.out.jpg"]
+LIVE = ["live", "--camera", str(SAMPLES / "in.mp4"), "--look", "none", "--no-preview",
+        "-o", "out.mkv", "--color", "B4002E"]  # fmt: skip
+
+
+@pytest.mark.parametrize("words", [PICTURE, BATCH, LIVE], ids=["apply", "batch", "live"])
+def test_kernels_that_are_lost_after_the_run_have_a_line(folder, words):
+    (folder / "file").touch()
+    code, lines = run(words, POCL_CACHE_DIR=str(folder / "file" / "below"))
+    (lost,) = [line for line in lines if "cannot be kept" in line]
+    reason = f"({folder}/file/below: Not a directory)"
+    assert code == 0 and f"{reason}: set POCL_CACHE_DIR to a folder that stays" in lost
+
+
+def test_a_copy_and_a_quiet_run_say_nothing_about_kernels(folder):
+    (folder / "file").touch()
+    nowhere = str(folder / "file" / "below")
+    assert run([*PICTURE, "--quiet"], POCL_CACHE_DIR=nowhere) == (0, [])
+    code, lines = run(COPY, POCL_CACHE_DIR=nowhere)
+    assert code == 0 and not [line for line in lines if "cannot be kept" in line]
+
+
 def test_a_kernel_folder_is_removed_also_after_ctrl_c(folder):
     (folder / "file").touch()
     code = (

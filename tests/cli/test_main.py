@@ -150,3 +150,15 @@ def test_nothing_heavy_is_imported_before_it_is_needed():
         "assert not heavy, heavy"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="only Linux has it")
+@pytest.mark.parametrize("words", [["--help"], ["-h"], ["--version"], ["apply", "--help"]])
+def test_help_that_cannot_be_printed_is_one_line(words):
+    with open("/dev/full", "w") as full:
+        process = subprocess.run(
+            [sys.executable, "-m", "makeup_video.cli", *words],
+            check=False, stdout=full, stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
+    line = "OutputError: stdout cannot be written: No space left on device\n"
+    assert (process.returncode, process.stderr) == (4, line)

@@ -200,3 +200,31 @@ def test_progress_names_film_and_looks():
     assert heard == [((3, 9, 30), "in.mp4: a and b")]
     assert some_of("abcd") == "a, b and 2 more"
     assert titled(None, "in.mp4", names) is None
+
+
+TWINS = "shades.csv, line 2 and shades.csv, line"
+
+
+@pytest.mark.parametrize("command", [[], ["batch"]])
+@pytest.mark.parametrize(
+    ("row", "template", "message"),
+    [
+        ("É,P,lips,Rose,#B4002F", "{brand}.jpg", f"two outputs have the name É.jpg ({TWINS} 3): give"),
+        ("É,P,lips,,#B4002F", "{shade}.jpg", "a catalogue's row, and shades.csv, line 3 has none: choose"),
+        ("G,P,lips,Rose,#B4002F", "{shade}.jpg",
+         f"two outputs are one file: Red.jpg and red.jpg ({TWINS} 4); give each its own name"),
+    ],
+)  # fmt: skip
+def test_rows_of_a_catalogue_are_named_by_their_lines(folder, command, row, template, message):
+    rows = ["É,P,lips,Red,#B4002E", row, "F,p,lips,red,#B40030"]
+    (folder / "shades.csv").write_text("\n".join([TABLE.splitlines()[0], *rows]))
+    done = run(*command, "in.jpg", "--catalogue", "shades.csv", "-o", template)
+    assert done.exit_code == 2 and message in done.stderr, done.stderr
+    assert "has none" in message or ", for example with {look}." in done.stderr
+
+
+def test_an_input_without_an_extension_is_named(folder):
+    (folder / "in.jpg").rename(folder / "in")
+    done = run("in", "--look", "plum.json", "-o", "{look}.{ext}")
+    assert done.exit_code == 2 and "{ext}, the input's extension" in done.stderr
+    assert ", and in has none: choose another field" in done.stderr

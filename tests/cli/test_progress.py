@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 
+import pytest
 from media import make_clip
 
 
@@ -61,3 +62,25 @@ def test_without_a_terminal_a_plain_line_shows_now_and_then(monkeypatch, capsys)
         "180/600 frames, 30 fps, 1.0x real time, 0:14 left",
         "360/600 frames, 30 fps, 1.0x real time, 0:08 left",
     ]
+
+
+@pytest.mark.parametrize("is_open", [False, True])
+def test_a_terminal_shows_once_that_kernels_are_compiled(monkeypatch, capsys, is_open):
+    from fractions import Fraction
+
+    from makeup_video.cli import progress
+    from makeup_video.kernels.program import Device
+    from makeup_video.pipeline.render.opencl import open_device
+
+    line = "compiling the kernels for this kind of video or picture, once"
+    open_device()
+    for has_terminal in (True, False):
+        monkeypatch.setattr(progress, "_has_terminal", lambda has=has_terminal: has)
+        with progress.show_progress(False) as on_progress:
+            if is_open:
+                on_progress(1, 10, Fraction(30))
+            Device.on_compile()
+            Device.on_compile()
+        assert capsys.readouterr().err.count(line) == has_terminal
+        Device.on_compile()  # of a later run in this process
+    assert line not in capsys.readouterr().err

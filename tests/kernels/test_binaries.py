@@ -123,3 +123,11 @@ def test_other_devices_keep_their_own_programs(folder, compiled, monkeypatch):
     monkeypatch.setattr(program, "_POCL", "another platform")
     Device().program("add.cl", 13, BYTES)
     assert len(compiled) == 1 and kept(folder) == []
+
+
+def test_only_the_first_process_says_that_it_compiles(folder, compiled, monkeypatch):
+    told = []
+    monkeypatch.setattr(Device, "on_compile", lambda: told.append(len(compiled)))
+    for _ in range(3):
+        assert adds_three()
+    assert told == [0]  # before the first of two builds; the second finds PoCL's own

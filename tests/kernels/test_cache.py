@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 from makeup_video.kernels import cache
-from makeup_video.kernels.cache import NoRoomError, give_back, left_clean, settle
+from makeup_video.kernels.cache import NoRoomError, give_back, left_clean, settle, why_not_kept
 
 DAY = 86400
 
@@ -45,6 +45,13 @@ def test_a_temporary_folder_replaces_one_that_cannot_be_made(monkeypatch, tmp_pa
     monkeypatch.setenv(variable, str(tmp_path / "file" / "below"))
     folder = settle()
     assert own_folders(tmp_path) == [folder] and folder.stat().st_mode & 0o777 == 0o700
+    reason = f"{tmp_path / 'file' / 'below'}"
+    assert why_not_kept().startswith(reason) and "Not a directory" in why_not_kept()
+    assert settle() == folder and why_not_kept().startswith(reason)  # the next device, too
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path / "kept"))
+    assert settle() == tmp_path / "kept" and why_not_kept() is None
+    monkeypatch.setenv("POCL_CACHE_DIR", str(folder))
+    assert settle() == folder
     assert os.environ["POCL_CACHE_DIR"] == str(folder)
     give_back()
     assert own_folders(tmp_path) == []
@@ -56,6 +63,17 @@ def test_without_a_home_no_folder_named_tilde_is_made(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path / "here")
     assert [settle()] == own_folders(tmp_path)
     assert list((tmp_path / "here").iterdir()) == []
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+def test_a_forked_process_leaves_the_folder_to_its_parent(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", "~/.cache")
+    folder = settle()
+    if (child := os.fork()) == 0:
+        give_back()
+        os._exit(0)
+    os.waitpid(child, 0)
+    assert own_folders(tmp_path) == [folder]
 
 
 def full(folder):

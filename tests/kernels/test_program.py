@@ -1,15 +1,24 @@
 """Devices are found or reported as missing; kernels use planes where they lie in memory."""
 
 import os
+import signal
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pyopencl as cl
 import pytest
 from makeup import stride_of
 from makeup_video.kernels import program
-from makeup_video.kernels.program import Device, NoDeviceError, UnknownDeviceError, pick
+from makeup_video.kernels.program import (
+    Device,
+    NoDeviceError,
+    UnknownDeviceError,
+    make_kernel,
+    pick,
+)
 
 SOURCE = """
 __kernel void test_add(__global uchar *restrict plane, const int stride, const int width) {
@@ -221,7 +230,7 @@ def test_without_a_linker_an_error_comes_before_pocl_aborts(monkeypatch, tmp_pat
     compiled = tmp_path / "AB/CD/paint/8-1-1"
     compiled.mkdir(parents=True)
     (compiled / "paint.so").touch()
-    assert Device().queue is not None
+    Device()  # nothing is left to compile
 
 
 def test_a_build_disturbed_by_ctrl_c_is_tried_once_more(monkeypatch):
@@ -239,3 +248,29 @@ def test_a_build_disturbed_by_ctrl_c_is_tried_once_more(monkeypatch):
     assert len(built) == 2
     with pytest.raises(cl.RuntimeError):
         device.build("no C at all", 13)
+
+
+def test_two_threads_never_make_kernels_at_once(monkeypatch):
+    inside = []
+
+    class Slow:
+        def __init__(self, *_):
+            inside.append(self)
+            time.sleep(0.05)
+            assert inside == [self]
+            inside.clear()
+
+    monkeypatch.setattr(program.cl, "Kernel", Slow)
+    with ThreadPoolExecutor(4) as threads:
+        made = list(threads.map(lambda _: make_kernel(None, "x"), range(8)))
+    assert len(made) == 8
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+def test_a_forked_process_does_not_wait_for_another_thread(monkeypatch):
+    monkeypatch.setattr(program.cl, "Kernel", lambda *_: "made")
+    with program._one_kernel:
+        if (child := os.fork()) == 0:
+            signal.alarm(20)  # ends it if it waits
+            os._exit(0 if make_kernel(None, "x") == "made" else 1)
+    assert os.waitpid(child, 0)[1] == 0

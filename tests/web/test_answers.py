@@ -21,6 +21,12 @@ def test_a_catalogue_becomes_titles_hex_digits_and_parts():
     assert (sand["title"], sand["hex"]) == ("Sand", "#CC88AA") and "eyes" in sand["parts"]
 
 
+def test_titles_of_shades_have_no_control_characters():
+    table = 'brand,product,shade,hex\nA\0cme\x1b[31m,Vel\u202evet,"Ruby\nred\u200b",#b4002e\n'
+    (ruby,) = json.loads(shades_message("shades.csv", table.encode()))["shades"]
+    assert ruby["title"] == "Acme[31m Velvet Ruby red"
+
+
 @pytest.mark.parametrize(
     ("data", "fault"),
     [

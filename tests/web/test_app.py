@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from makeup_video.pipeline.look.ready import ready_looks
 from makeup_video.web.app import PAGE
-from makeup_video.web.worker import Worker
+from makeup_video.web.slow_jobs import SlowJobs
 from shows import Page, StandIn, post, serving
 
 
@@ -119,7 +119,9 @@ def test_a_thumbnail_of_no_look_is_refused_in_one_line(url, body):
 def test_a_thumbnail_of_too_large_a_look_is_refused(url):
     with Page(url) as page:
         answer = page.post("/look-thumbnail", b" " * 70_000)
-    assert answer.status_code == 413 and answer.json()["error"].startswith("the look is larger")
+    assert answer.status_code == 413 and answer.json()["error"] == (
+        "the look is larger than 66 kB: make it smaller"
+    )
 
 
 def test_thumbnails_of_photo_and_portrait_are_served(show, url):
@@ -148,13 +150,17 @@ def test_one_thumbnail_at_a_time_waits_for_the_worker(show):
         assert go_on.wait(20)
         return b"a face"
 
-    show.thumbnail_of, worker = slow, Worker()
+    show.thumbnail_of, slow_jobs = slow, SlowJobs()
     looks = [json.dumps(one.look.to_dict()) for one in ready_looks()]
-    with serving(show, worker) as url, Page(url) as page, ThreadPoolExecutor(len(looks)) as asking:
+    with (
+        serving(show, slow_jobs) as url,
+        Page(url) as page,
+        ThreadPoolExecutor(len(looks)) as asking,
+    ):
         answers = [asking.submit(page.post, "/look-thumbnail", look) for look in looks]
         assert begun.wait(20)
         time.sleep(0.2)  # for all requests to arrive
-        painted = worker.submit(lambda: sum(answer.done() for answer in answers))
+        painted = slow_jobs.submit(lambda: sum(answer.done() for answer in answers))
         go_on.set()
         assert painted.result(20) <= 1  # a picture comes right after the thumbnail in work
         assert all(answer.result(20).status_code == 200 for answer in answers)

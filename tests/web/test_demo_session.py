@@ -23,7 +23,7 @@ from makeup_video.web import demo_session
 from makeup_video.web.app import PAGE
 from makeup_video.web.demo_session import MOST_SESSIONS, DemoShow
 from makeup_video.web.portrait import SHOWN_PX, THUMBNAIL_PX, WHOLE_PX, Portrait
-from makeup_video.web.worker import Worker
+from makeup_video.web.slow_jobs import SlowJobs
 from people import SAMPLES, clip, grey, portrait
 from shows import BLUE, RED, Page, post, serving
 
@@ -37,8 +37,8 @@ def own_portrait():
 
 @pytest.fixture
 def url(own_portrait):
-    worker = Worker()
-    with serving(DemoShow(own_portrait, RED, worker, print), worker) as url:
+    slow_jobs = SlowJobs()
+    with serving(DemoShow(own_portrait, RED, slow_jobs, print), slow_jobs) as url:
         yield url
 
 
@@ -245,34 +245,34 @@ class Bare:
 
 
 def test_while_one_look_is_painted_only_the_newest_waits():
-    slow, worker, pictures = Bare(), Worker(), []
-    session = DemoShow(slow, RED, worker, print).enter("")
+    slow, slow_jobs, pictures = Bare(), SlowJobs(), []
+    session = DemoShow(slow, RED, slow_jobs, print).enter("")
     session.watch(pictures.append)
     assert slow.begun.wait(20)
     looks = [replace(RED, strength=percent / 100) for percent in range(50)]
     for look in looks:
         session.set_look(look)
     slow.go_on.set()
-    worker.submit(lambda: None).result(20)
+    slow_jobs.submit(lambda: None).result(20)
     assert slow.painted_looks in ([RED, looks[-1]], [looks[-1], looks[-1]])
     assert [pushed.pts_us for pushed in pictures] == sorted(pushed.pts_us for pushed in pictures)
 
 
 def test_a_look_that_is_the_same_is_not_painted_again():
-    quick, worker, pictures = Bare(), Worker(), []
+    quick, slow_jobs, pictures = Bare(), SlowJobs(), []
     quick.go_on.set()
-    session = DemoShow(quick, RED, worker, print).enter("")
+    session = DemoShow(quick, RED, slow_jobs, print).enter("")
     session.watch(pictures.append)
     session.set_look(Look.from_dict(RED.to_dict()))
-    worker.submit(lambda: None).result(20)
+    slow_jobs.submit(lambda: None).result(20)
     assert len(pictures) == 1
 
 
 def test_nothing_is_painted_while_nobody_watches():
-    quick, worker = Bare(), Worker()
-    session = DemoShow(quick, RED, worker, print).enter("")
+    quick, slow_jobs = Bare(), SlowJobs()
+    session = DemoShow(quick, RED, slow_jobs, print).enter("")
     session.set_look(BLUE)
-    worker.submit(lambda: None).result(20)
+    slow_jobs.submit(lambda: None).result(20)
     assert not quick.begun.is_set()
 
 
@@ -284,24 +284,24 @@ def test_nothing_is_painted_while_nobody_watches():
     ],
 )
 def test_an_error_of_the_painter_is_logged(error, line):
-    worker, log_lines = Worker(), []
+    slow_jobs, log_lines = SlowJobs(), []
     broken = Bare(error)
     broken.go_on.set()
-    DemoShow(broken, RED, worker, log_lines.append).enter("").watch(print)
-    worker.submit(lambda: None).result(20)
+    DemoShow(broken, RED, slow_jobs, log_lines.append).enter("").watch(print)
+    slow_jobs.submit(lambda: None).result(20)
     assert log_lines == [line]
 
 
 def test_sessions_end_after_their_page_and_are_limited():
     async def pages():
-        show = DemoShow(Bare(), RED, Worker(), print, grace_seconds=0.01)
+        show = DemoShow(Bare(), RED, SlowJobs(), print, grace_seconds=0.01)
         short = show.enter("")
         show.leave(short)
         until = time.monotonic() + 20
         while show.find(short.name) is not None:
             assert time.monotonic() < until
             await asyncio.sleep(0.001)
-        show = DemoShow(Bare(), RED, Worker(), print, grace_seconds=100)
+        show = DemoShow(Bare(), RED, SlowJobs(), print, grace_seconds=100)
         sessions = [show.enter("") for _ in range(MOST_SESSIONS)]
         with pytest.raises(UsageError, match=f"{MOST_SESSIONS} pages are open already"):
             show.enter("")
@@ -316,7 +316,7 @@ def test_sessions_end_after_their_page_and_are_limited():
 
 
 def test_names_of_sessions_cannot_be_guessed():
-    show = DemoShow(Bare(), RED, Worker(), print)
+    show = DemoShow(Bare(), RED, SlowJobs(), print)
     names = {show.enter("mine").name for _ in range(5)}
     assert len(names) == 5 and "mine" not in names and min(map(len, names)) >= 20
 

@@ -1,5 +1,6 @@
 """A live run as pages receive it: in right colours, upright, and only while pages watch."""
 
+import threading
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -106,6 +107,33 @@ def test_before_is_made_only_while_somebody_compares(parts):
         _, _, data, before = page.picture()
         assert rgb8_of(before).mean() < rgb8_of(data).mean() * 0.8
     assert not run.compare
+
+
+def test_pages_that_begin_to_compare_now_keep_the_planes():
+    """A picture of before and after ends while a page begins to compare."""
+
+    class Sink(PreviewSink):
+        @property
+        def compares(self):
+            read = self.__dict__["compares"]
+            if begins:
+                begins.pop().start()
+                threads[0].join(0.5)  # waits in vain where the planes are under a lock
+            return read
+
+        @compares.setter
+        def compares(self, on):
+            self.__dict__["compares"] = on
+
+    begins = []
+    run, sink = Run(), Sink(Counted(90))
+    session = LiveShow(run, sink).enter("")
+    sink(picture(before=True))
+    threads = [threading.Thread(target=session.compare, args=(True,))]
+    begins += threads
+    session.whole_picture(both=True)
+    threads[0].join(20)
+    assert run.compare
 
 
 def test_times_become_microseconds_from_any_time_base(parts):

@@ -5,7 +5,7 @@ import json
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from makeup_video.pipeline import Look, MakeupVideoError, product
+from makeup_video.pipeline import Look, LookError, MakeupVideoError, product
 from makeup_video.pipeline.look.kinds import KINDS, PAINTED
 from makeup_video.web.app import PAGE
 from makeup_video.web.messages import CompareRequest, LookRequest, PictureShown, hello, read_message
@@ -19,6 +19,19 @@ def test_valid_messages_are_understood():
     assert read_message(look).look == BLUE
     assert read_message('{"type": "compare", "on": true}') == CompareRequest(True)
     assert read_message('{"type": "shown", "pts_us": 12}') == PictureShown(12)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"type": "look", "type": "look", "look": {"version": 2, "layers": []}}',
+        '{"type": "look", "look": {"version": 2, "layers": [], "layers": []}}',
+        '{"type": "compare", "on": false, "on": true}',
+    ],
+)
+def test_a_key_that_is_given_twice_is_refused(text):
+    with pytest.raises(LookError, match="is given twice: keep one"):
+        read_message(text)
 
 
 def changed(**values):

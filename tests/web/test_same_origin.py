@@ -9,8 +9,8 @@ import httpx
 import pytest
 from makeup_video.web.app import make_app
 from makeup_video.web.rooms import Rooms
-from makeup_video.web.same_origin import is_this_machine
-from makeup_video.web.worker import Worker
+from makeup_video.web.same_origin import is_loopback, is_this_machine
+from makeup_video.web.slow_jobs import SlowJobs
 from shows import StandIn, serving
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
@@ -19,7 +19,7 @@ HERE = "http://127.0.0.1:8080"
 
 
 def ask(method, path, headers, host="127.0.0.1"):
-    app = make_app(Rooms(StandIn()), Worker(), host, 8080, print)
+    app = make_app(Rooms(StandIn()), SlowJobs(), host, 8080, print)
 
     async def asking():
         async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url=HERE) as client:
@@ -94,6 +94,15 @@ def refusal(url, named, **options):
     ):
         pass
     return caught.value.response.status_code
+
+
+@pytest.mark.parametrize(
+    ("host", "local"),
+    [("127.0.0.1", True), ("127.8.0.1", True), ("::1", True), ("::ffff:127.0.0.1", True),
+     ("0.0.0.0", False), ("::", False), ("192.168.1.7", False), ("mine.example", False)],
+)  # fmt: skip
+def test_only_this_machine_reaches_a_loopback_address(host, local):
+    assert is_loopback(host) is local
 
 
 @pytest.mark.parametrize(

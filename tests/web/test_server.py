@@ -12,7 +12,7 @@ import pytest
 from makeup_video.pipeline import InstallError, UsageError
 from makeup_video.web.rooms import MOST_VIEWERS
 from makeup_video.web.server import Server
-from makeup_video.web.worker import Worker
+from makeup_video.web.slow_jobs import SlowJobs
 from shows import BLUE, RED, Page, StandIn, noise, serving, stalled
 from websockets.exceptions import ConnectionClosed
 
@@ -255,14 +255,14 @@ def test_a_port_that_is_taken_is_one_line_that_names_it():
         with pytest.raises(
             UsageError, match=rf"port {port} on 127.0.0.1 is taken: give another port, or port=0 "
         ):
-            Server(StandIn(), Worker(), port=port, log=print).start()
+            Server(StandIn(), SlowJobs(), port=port, log=print).start()
 
 
 @pytest.mark.parametrize("error", [ImportError("no websockets"), OSError("too many files")])
 def test_a_server_that_cannot_begin_says_why(monkeypatch, error):
     monkeypatch.setattr("uvicorn.Config.load", Mock(side_effect=error))
     with pytest.raises((InstallError, OSError), match=str(error)):
-        Server(StandIn(), Worker(), log=print).start()
+        Server(StandIn(), SlowJobs(), log=print).start()
 
 
 @pytest.mark.parametrize(
@@ -277,7 +277,7 @@ def test_a_server_that_cannot_begin_says_why(monkeypatch, error):
 )
 def test_an_address_that_cannot_be_bound_is_one_line(host, port, words):
     with pytest.raises(UsageError, match=words):
-        Server(StandIn(), Worker(), host, port, log=print).start()
+        Server(StandIn(), SlowJobs(), host, port, log=print).start()
 
 
 def test_the_server_listens_on_loopback_alone(url):
@@ -285,7 +285,7 @@ def test_the_server_listens_on_loopback_alone(url):
 
 
 def test_every_page_gets_bye_and_the_thread_ends():
-    server = Server(StandIn(), Worker(), log=print)
+    server = Server(StandIn(), SlowJobs(), log=print)
     with contextlib.ExitStack() as stack:
         url = server.start().rstrip("/")
         pages = [stack.enter_context(Page(url)) for _ in range(3)]
@@ -296,7 +296,7 @@ def test_every_page_gets_bye_and_the_thread_ends():
 
 def test_the_server_stops_though_a_page_never_reads():
     show = StandIn()
-    server = Server(show, Worker(), log=print)
+    server = Server(show, SlowJobs(), log=print)
     url = server.start().rstrip("/")
     with stalled(url):
         show.show(1, noise(8_000_000))
@@ -313,7 +313,7 @@ def test_the_server_stops_though_a_photo_is_being_read():
         return BLUE
 
     show.reads = slow
-    server = Server(show, Worker(), log=log_lines.append)
+    server = Server(show, SlowJobs(), log=log_lines.append)
     with Page(server.start().rstrip("/")) as page:
         sender = threading.Thread(target=send_in_vain, args=(page,))
         sender.start()
@@ -331,8 +331,8 @@ def send_in_vain(page):
 
 
 def test_stopping_twice_or_before_the_start_is_harmless():
-    Server(StandIn(), Worker(), log=print).stop()
-    server = Server(StandIn(), Worker(), log=print)
+    Server(StandIn(), SlowJobs(), log=print).stop()
+    server = Server(StandIn(), SlowJobs(), log=print)
     server.start()
     server.stop()
     server.stop()
@@ -340,7 +340,7 @@ def test_stopping_twice_or_before_the_start_is_harmless():
 
 def test_pictures_that_come_after_the_end_are_nobodys():
     show = StandIn()
-    server = Server(show, Worker(), log=print)
+    server = Server(show, SlowJobs(), log=print)
     with Page(server.start().rstrip("/")):
         assert show.watched.wait(10)
         push = show.push

@@ -1,5 +1,6 @@
 """Photos that pages upload: their limits, their formats and their names."""
 
+import asyncio
 import os
 import queue
 import struct
@@ -16,8 +17,11 @@ from makeup_video.pipeline.reference import estimate as reference
 from makeup_video.web import upload
 from makeup_video.web.read_look import read_look
 from makeup_video.web.session import PHOTO_BYTES
+from makeup_video.web.slow_jobs import SlowJobs
 from people import SAMPLES, grey
 from shows import BLUE, RED, Page, StandIn, as_read, noise, serving
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
 
 LOOK = SAMPLES / "look.jpg"
 
@@ -197,6 +201,25 @@ def test_photos_that_a_page_gives_up_leave_room_and_no_look(show, page):
     assert answer.get(timeout=20).status_code == 200
     assert read_names == ["read.jpg", "newest.jpg"]
     assert page.message("look")["photo"]["name"] == "newest.jpg"
+
+
+def test_a_job_left_out_is_never_done_without_its_body():
+    jobs, go_on, seen = SlowJobs(), threading.Event(), []
+    jobs.submit(lambda: go_on.wait(20))
+    messages = [{"type": "http.disconnect"}, {"type": "http.request", "body": b"photo"}]
+
+    async def receive():
+        return messages.pop()
+
+    async def give_up():
+        request = Request({"type": "http", "headers": []}, receive)
+        with pytest.raises(HTTPException, match="given up"):
+            await upload.Uploads(jobs).run(request, seen.append)
+        go_on.set()  # on the same turn of the loop
+        jobs.submit(lambda: None).result(20)
+
+    asyncio.run(give_up())
+    assert seen == []
 
 
 # -- content

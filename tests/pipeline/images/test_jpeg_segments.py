@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from icc_profiles import DISPLAY_P3, SRGB_CURVE, profile
 from makeup_video.pipeline import Settings, StrictError, process_video
+from makeup_video.pipeline.images import file_tags, jpeg_segments
 from makeup_video.pipeline.images.file_tags import without_announcements
 from makeup_video.pipeline.images.jpeg_segments import (
     behind_picture,
@@ -107,7 +108,8 @@ def test_what_lies_behind_the_picture_is_named(tmp_path, block, name, end):
     src = photo(tmp_path / "in.jpg", block, behind=jpeg())
     (line,) = process_video(src, tmp_path / f"out{end}").dropped
     assert line.startswith(f"{name}: ")
-    assert behind_picture((tmp_path / f"out{end}").read_bytes()) == b"" or end == ".png"
+    written = (tmp_path / f"out{end}").read_bytes()
+    assert behind_picture(segments(written)) == b"" or end == ".png"
     with pytest.raises(StrictError, match=name):
         process_video(src, tmp_path / f"strict{end}", None, Settings(strict=True))
 
@@ -152,8 +154,22 @@ def test_four_components_become_three_with_a_line(tmp_path, end):
 @pytest.mark.parametrize("progressive", [False, True])
 def test_the_end_is_found_behind_every_scan(progressive):
     data = jpeg(progressive=progressive, comment=b"\xff\xd9")
-    assert behind_picture(data + b"behind") == b"behind"
-    assert behind_picture(data[:-2]) == b""
+    assert behind_picture(segments(data + b"behind")) == b"behind"
+    assert behind_picture(segments(data[:-2])) == b""
+
+
+def test_the_segments_of_a_photo_are_searched_once(tmp_path, monkeypatch):
+    whole = []
+
+    def counted(data):
+        yield from segments(data)
+        whole.append(len(data))
+
+    monkeypatch.setattr(file_tags, "segments", counted)
+    monkeypatch.setattr(jpeg_segments, "segments", counted)
+    path = photo(tmp_path / "in.jpg", GAIN_MAP, *parts_of(P3), behind=jpeg("CMYK"))
+    assert open_picture(path).frame.tags.primaries == 12
+    assert whole == [path.stat().st_size]  # the search for a profile ends before the pixels
 
 
 @given(st.binary(max_size=200))

@@ -15,7 +15,7 @@ from makeup_video.pipeline import (
     process_video,
     product,
 )
-from makeup_video.pipeline.files.output_file import part_of
+from makeup_video.pipeline.files.output_file import part_path
 from makeup_video.pipeline.images import picture_size
 from picture_files import read_picture
 
@@ -147,4 +147,4 @@ def test_a_file_larger_than_any_picture_is_not_read(tmp_path):
         file.truncate(3_000_000_000)  # sparse: takes no disk space
     with pytest.raises(InputError, match=r"in\.png cannot be read: it has more than 1000 MB"):
         process_video(path, tmp_path / "out.png")
-    assert not part_of(tmp_path / "out.png").exists()
+    assert not part_path(tmp_path / "out.png").exists()

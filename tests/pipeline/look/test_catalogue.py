@@ -5,8 +5,9 @@ import os
 import numpy as np
 import pytest
 from makeup_video.pipeline import CatalogueError
+from makeup_video.pipeline.files.table import TableRow
 from makeup_video.pipeline.look import catalogue as catalogue_module
-from makeup_video.pipeline.look.catalogue import Catalogue, Shade, read_catalogue
+from makeup_video.pipeline.look.catalogue import Catalogue, Shade, read_catalogue, rows_of
 from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of
 from makeup_video.pipeline.look.kinds import PARTS
 
@@ -179,3 +180,25 @@ def test_a_catalogue_that_is_too_large_is_refused(tmp_path, monkeypatch):
     (tmp_path / "shades.csv").write_text(GOOD)
     with pytest.raises(CatalogueError, match=r"shades\.csv has more than 2 lines"):
         read_catalogue(tmp_path / "shades.csv")
+
+
+@pytest.mark.parametrize("name", ["category", "finish", "Type", "price"])
+def test_a_column_that_stands_there_twice_is_refused(tmp_path, name):
+    path = tmp_path / "shades.csv"
+    path.write_text(f"brand,product,shade,hex,{name},{name.upper()} \nA,B,C,#fff,lips,eyes\n")
+    with pytest.raises(
+        CatalogueError, match=f"line 1: the column {name.lower()} stands there twice"
+    ):
+        read_catalogue(path)
+    path.write_text("brand,product,shade,hex,,\nA,B,C,#fff,x,y\n")  # as Excel writes empty columns
+    assert len(read_catalogue(path)) == 1
+
+
+def test_the_place_of_a_row_is_spelled_only_for_messages(tmp_path, monkeypatch):
+    path = tmp_path / "shades.csv"
+    path.write_text(GOOD)
+    monkeypatch.setattr(TableRow, "where", property(lambda row: pytest.fail("was spelled")))
+    assert tuple(read_catalogue(path)) == SHADES
+    rows = list(rows_of(path))
+    monkeypatch.undo()
+    assert [row.where for row in rows] == [f"{path}, line 2", f"{path}, line 3"]

@@ -77,3 +77,17 @@ def test_a_look_in_words_names_every_layer_and_what_is_bare():
         "blush #B4002E, sheer, very light coverage"
     )
     assert (place_in_words(light), place_in_words(layer_of("blush"))) == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("colour", "finish", "words"),
+    [
+        (0xB4002E, "gloss", "a colour is '#B4002E', .* got 11796526"),
+        (None, "gloss", "a colour is '#B4002E', .* got None"),
+        ("red", None, "a finish is a name such as 'gloss', got None"),
+        ("red", 5, "a finish is a name such as 'gloss', got 5"),
+    ],
+)
+def test_a_product_of_other_types_says_what_it_takes(colour, finish, words):
+    with pytest.raises(TypeError, match=words):
+        product(colour, finish)

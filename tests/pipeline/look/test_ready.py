@@ -116,3 +116,11 @@ def test_the_beginning_of_one_name_alone_is_understood():
         ready_look("cat")
     with refused(LookError, "there is no ready look 'smo'; ready looks are berry"):
         ready_look("smo")
+
+
+@pytest.mark.parametrize("name", [5, None, b"cat-eye"])
+def test_a_name_that_is_no_text_is_refused(name):
+    with pytest.raises(
+        TypeError, match="a ready look is given by its name, such as 'cat-eye', got"
+    ):
+        ready_look(name)

@@ -17,30 +17,33 @@ _NICE = 10
 T = TypeVar("T")
 
 
-class Worker:
+class SlowJobs:
     """Runs jobs one after another on one thread."""
 
     def __init__(self) -> None:
-        self._pool = ThreadPoolExecutor(1, "worker", initializer=_lower_priority)
+        self._pool = ThreadPoolExecutor(1, "slow-jobs", initializer=_lower_priority)
         self._has_stopped = False
 
-    def submit(self, job: Callable[[], object]) -> "Future[object]":
+    def submit(self, job: Callable[[], T]) -> "Future[T]":
         """Run a job after those that wait. After `stop` the job is cancelled."""
-        if self._has_stopped:
-            left_out: Future[object] = Future()
-            left_out.cancel()
-            return left_out
-        return self._pool.submit(job)
+        try:
+            if not self._has_stopped:
+                return self._pool.submit(job)
+        except RuntimeError:
+            if not self._has_stopped:  # by another thread, just now
+                raise
+        left_out: Future[T] = Future()
+        left_out.cancel()
+        return left_out
 
     async def run(self, job: Callable[[], T]) -> T:
-        """Run a job after those that wait, and return its result.
+        """Run a job after those that wait, and return its result; see `result_of`."""
+        return await self.result_of(self.submit(job))
 
-        Raises StoppedError for a job that `stop` has left out.
-        """
-        if self._has_stopped:
-            raise StoppedError("makeup-video is stopping")
+    async def result_of(self, submitted: "Future[T]") -> T:
+        """The result of a job. Raises StoppedError for one that `stop` has left out."""
         try:
-            return await asyncio.wrap_future(self._pool.submit(job))
+            return await asyncio.wrap_future(submitted)
         except (asyncio.CancelledError, RuntimeError):
             if self._has_stopped:
                 raise StoppedError("makeup-video is stopping") from None

@@ -1,0 +1,52 @@
+"""Slow jobs that requests wait for; a page that gives up its request leaves them out."""
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from typing import Any, TypeVar
+
+from makeup_video.web.slow_jobs import SlowJobs
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+
+T = TypeVar("T")
+
+
+async def while_wanted(request: Request, work: Coroutine[Any, Any, T]) -> T:
+    """Return the result of `work`, which is cancelled when the page gives up the request.
+
+    The body of the request must have been read, if it has one. Raises HTTPException, and what
+    `work` raises.
+    """
+    working = asyncio.ensure_future(work)
+    leaving = asyncio.ensure_future(_left(request))
+    try:
+        await asyncio.wait([working, leaving], return_when=asyncio.FIRST_COMPLETED)
+        if not working.done():
+            raise HTTPException(400, "the page has given up this request: send it again")
+        return working.result()
+    finally:
+        working.cancel()  # on the loop's next turn
+        leaving.cancel()
+
+
+class OneAtATime:
+    """Jobs whose results pages fetch. One of them at a time waits for the slow jobs, so that a
+    picture or a photo never waits for many."""
+
+    def __init__(self, slow_jobs: SlowJobs) -> None:
+        self._slow_jobs = slow_jobs
+        self._one = asyncio.Lock()
+
+    async def run(self, request: Request, job: Callable[[], T]) -> T:
+        """Return the job's result; a page that has left gets none. Raises as `while_wanted`."""
+        return await while_wanted(request, self._in_turn(job))
+
+    async def _in_turn(self, job: Callable[[], T]) -> T:
+        async with self._one:
+            return await self._slow_jobs.run(job)
+
+
+async def _left(request: Request) -> None:
+    """Wait until the page gives up a request."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
