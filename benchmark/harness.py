@@ -1,7 +1,7 @@
 """What every comparison of `makeup-video bench` shares: its input, its rounds, its medians."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -33,6 +33,7 @@ class Bench:
     source: Path
     folder: Path
     look: Look
+    _: KW_ONLY
     seconds: float
     rounds: int
     as_is: bool = False

@@ -23,14 +23,14 @@ from makeup_video.benchmark.runs import memory_mb
 from makeup_video.pipeline import Look, OutputError, StoppedError
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.images.jpeg import PreviewJpeg
-from makeup_video.pipeline.live.interfaces import LivePicture
+from makeup_video.pipeline.live.interfaces import LivePicture, LiveSource
 from makeup_video.pipeline.live.preview_video import PreviewVideo
 from makeup_video.pipeline.live.run import LiveRun
-from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+from makeup_video.pipeline.live.sources.camera import CameraSettings, open_source
 from makeup_video.web.live_session import LiveShow
 from makeup_video.web.preview_sink import PreviewSink
 from makeup_video.web.server import Server
-from makeup_video.web.worker import Worker
+from makeup_video.web.slow_jobs import SlowJobs
 
 _STAGES = ("faces", "smooth", "scene", "composite")
 _MOST_FRAMES = 60 * 60 * 60  # an hour at 60 frames/s
@@ -75,7 +75,7 @@ class FrameLog:
 class LoggedCamera:
     """A camera whose frames are logged as they arrive; a LiveSource."""
 
-    def __init__(self, camera: Camera, frame_log: FrameLog) -> None:
+    def __init__(self, camera: LiveSource, frame_log: FrameLog) -> None:
         self._camera, self._log = camera, frame_log
 
     @property
@@ -116,7 +116,7 @@ def run(film: Path, look: Look, folder: Path, kind: str, viewer: str) -> dict[st
     kind: of the pictures, "jpeg" or "h264".  viewer: the module that watches.
     """
     frame_log = FrameLog(_count_frames(film))
-    camera = LoggedCamera(Camera(CameraSettings(name=str(film)), log=_log_line), frame_log)
+    camera = LoggedCamera(open_source(CameraSettings(name=str(film)), log=_log_line), frame_log)
     sink = LoggedPreview(frame_log)
     live = LiveRun(camera, look, [sink], log=_log_line, observe=frame_log.observe)
     samples: list[list[float]] = []
@@ -141,8 +141,8 @@ def run(film: Path, look: Look, folder: Path, kind: str, viewer: str) -> dict[st
 @contextmanager
 def _watched(show: LiveShow, folder: Path, kind: str, module: str) -> Generator[None, None, None]:
     """Serve the page with one viewer on it. Raises OutputError when the viewer cannot connect."""
-    worker = Worker()
-    server = Server(show, worker, port=0, log=_log_line)
+    slow_jobs = SlowJobs()
+    server = Server(show, slow_jobs, port=0, log=_log_line)
     address = server.start().rstrip("/")
     command = [sys.executable, "-m", f"makeup_video.benchmark.{module}"]
     command += [address, str(folder / VIEWED), kind]

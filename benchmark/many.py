@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from statistics import median
@@ -79,11 +80,9 @@ def _shared(film: Path) -> Run:
     """Decoding, finding faces, smoothing and reading the scene, which all looks share."""
 
     def work() -> int:
-        source, sink = open_video(film), _Nothing()
-        try:
-            stages = FaceRun(lambda: [("scene", BuildScene())])(source)
-        finally:
-            source.close()
+        sink = _Nothing()
+        with closing(open_video(film)) as source:
+            stages = FaceRun(lambda: [("scene", BuildScene())], paints=False)(source)
         frames = (frame_of(picture) for picture in pictures(film))
         with one_opencv_thread():
             Runner(("decode", frames), stages, ("nothing", sink)).run()

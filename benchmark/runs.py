@@ -134,7 +134,7 @@ def run_command(
     """The real command in its own process: the values of its report, and four more.
 
     start_seconds: from the start of the process to the first packet written, None where the report
-    does not tell.  memory: [[seconds, MB], ...] every sample_seconds; empty without them.
+    does not say.  memory: [[seconds, MB], ...] every sample_seconds; empty without them.
     wall_seconds, all_cpu_seconds: of the whole process and its children, start and end included.
 
     look_words: what is painted, such as ("--ref", "look.jpg").  words: further options.

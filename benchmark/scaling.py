@@ -73,9 +73,9 @@ def by_threads(bench: Bench, film: Film, name: str) -> dict[str, Any]:
     work: dict[str, Callable[[], Run]] = {}
     for pair in BARE_THREADS:
         work[f"bare: {_codecs(*pair)}"] = partial(run_bare, short, target, pair)
-    for decoder, encoder, workers in SHARED:
-        label = f"product: {_codecs(decoder, encoder)}, stages {workers}"
-        work[label] = partial(_run_with_threads, bench, short, decoder, encoder, workers)
+    for decoder, encoder, stages in SHARED:
+        label = f"product: {_codecs(decoder, encoder)}, stages {stages}"
+        work[label] = partial(_run_with_threads, bench, short, decoder, encoder, stages)
     for count in _POCL_THREADS:
         work[f"command: PoCL {count}"] = partial(with_pocl_threads, count)
     runs = in_turn(bench, name, work, min(bench.rounds, _FEW_ROUNDS))

@@ -107,7 +107,7 @@ def _live(rows: list[_Values]) -> Iterator[Row]:
     def spread(ms: _Values) -> str:
         return " / ".join(f"{ms[key]:.1f}" for key in ("p50", "p95", "p99") if key in ms)
 
-    yield _row("film", rows, lambda r: r["film"])
+    yield _row("video", rows, lambda r: r["film"])
     yield _row("seconds / frames", rows, lambda r: f"{r['seconds']:.0f} / {r['frames']}")
     yield _row("latency, ms: p50 / p95 / p99", rows, lambda r: spread(r["latency_ms"]))
     yield _row(
@@ -119,7 +119,7 @@ def _live(rows: list[_Values]) -> Iterator[Row]:
     yield _row("dropped by the camera's file", rows, lambda r: str(r["dropped_by_camera"]))
     yield _row("dropped before painting", rows, lambda r: str(r["dropped_before_painting"]))
     yield _row("dropped in the preview", rows, lambda r: str(r["dropped_in_preview"]))
-    yield _row("frames painted", rows, lambda r: f"{r['painted_share']:.1%}")
+    yield _row("frames painted", rows, lambda r: f"{100 * r['painted_share']:.1f} %")
     yield _row("pictures/s", rows, lambda r: f"{r['fps']:.2f}")
     yield _row("kB a picture", rows, lambda r: f"{r['bytes_per_picture'] / 1000:.1f}")
     yield _row("Mbit/s", rows, lambda r: f"{8e-6 * r['bytes_per_picture'] * r['fps']:.2f}")
@@ -156,7 +156,7 @@ def _films(sizes: Iterable[_Values]) -> Iterator[Row]:
     def ratio(run: _Values) -> str:
         return f"{run['ratio']:.3f} ({run['ratio_spread'][0]:.2f} to {run['ratio_spread'][1]:.2f})"
 
-    yield _row("film", rows, lambda r: r["film"])
+    yield _row("video", rows, lambda r: r["film"])
     yield _row("bare decode+encode, frames/s", of["bare"], fps)
     yield _row("bare: threads of decoder + encoder", of["bare"], _threads_of)
     yield _row("--look none, frames/s", of["none"], fps)
@@ -178,7 +178,7 @@ def _films(sizes: Iterable[_Values]) -> Iterator[Row]:
         of["product"],
         lambda p: f"{p['not_codec_cpu_ms']:.2f}",
     )
-    yield _row("frames painted", rows, lambda r: f"{r['painted_share']:.1%}")
+    yield _row("frames painted", rows, lambda r: f"{100 * r['painted_share']:.1f} %")
     yield _row("start to first packet, s", rows, lambda r: f"{r['start_seconds']:.2f}")
     yield _row("cold start, s", rows, lambda r: f"{r['first_start_seconds']:.2f}")
     yield _row("peak memory, MB", rows, lambda r: f"{r['peak_memory_mb']:.0f}")

@@ -22,10 +22,11 @@ A message is one line: what was expected, what came, where, and what to do. It n
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, ClassVar
 
 EXIT_DAMAGED_INPUT = 5
+_ALIKE = 0.7  # of difflib: a word this close to a known one is a mistyped one
 # Characters of Unicode's private use area: file names and option names do not contain them.
 _OPTION = re.compile("\ue000(.*?)\ue001(.*?)\ue001(.*?)\ue002", re.DOTALL)
 
@@ -38,6 +39,13 @@ def option(name: str, value: object = None) -> str:
     `MakeupVideoError.spelled`.
     """
     return f"\ue000{name}\ue001{'' if value is None else repr(value)}\ue001{value}\ue002"
+
+
+def closest(word: str, known: Iterable[str]) -> str | None:
+    """The known word that was meant by a mistyped one; None where none is close."""
+    from difflib import get_close_matches  # only a message needs it
+
+    return next(iter(get_close_matches(word, known, 1, _ALIKE)), None)
 
 
 class MakeupVideoError(Exception):

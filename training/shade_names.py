@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Mapping
 
 import numpy as np
-from makeup_video.pipeline.look.params import rgb_of_hex
+from makeup_video.pipeline.look.params import hex_of, rgb_of_hex
 from makeup_video.training.inputs import existing
 
 LEAST = 3  # products of that name
@@ -36,7 +36,7 @@ def main() -> None:
         rows = list(csv.DictReader(table))
     for word in options.words:
         rgb = median_rgb(word, rows)
-        print(word, "too few" if rgb is None else "#" + bytes(rgb).hex().upper())
+        print(word, "too few" if rgb is None else hex_of(rgb))
 
 
 if __name__ == "__main__":

@@ -137,7 +137,7 @@ def _lines_of(name: str, begins: str) -> list[str]:
 
 
 def free_memory_bytes() -> int:
-    """How much more memory this process may hold, as far as the system tells.
+    """How much more memory this process may hold, as far as the system states it.
 
     A limit of a control group counts as a whole, whatever the group holds already.
     """
@@ -199,7 +199,7 @@ def give_back_last_run() -> None:
 
 
 def give_back_memory() -> None:
-    """Return freed memory to the system: glibc would keep it, and the film would allocate more."""
+    """Return freed memory to the system: glibc would keep it, and the video would allocate more."""
     gc.collect(1)  # what was made of late; to look through all modules, too, takes 30 ms
     _trim()
 

@@ -1,4 +1,4 @@
-"""Runs a film on threads: one for the source, some for the stages, one for the sink."""
+"""Runs a video on threads: one for the source, some for the stages, one for the sink."""
 
 import itertools
 import threading
@@ -79,7 +79,7 @@ class Runner:
     source, stages, sink: each with a name for the report.  capacity: of every channel, and so the
     most items that the stages of one thread work on in turn.
     observe: called by the actors' own threads after each item.
-    workers: how many threads share the stages, neighbours together; None: one less than there are
+    threads: how many threads share the stages, neighbours together; None: one less than there are
     cores, since the codec needs one. More threads than cores only take turns, and evict each
     other's data from the cache.
     """
@@ -91,11 +91,11 @@ class Runner:
         sink: tuple[str, Sink],
         capacity: int = 2,
         observe: Observe | None = None,
-        workers: int | None = None,
+        threads: int | None = None,
     ) -> None:
         self._observe = observe
         self.source, self.stages, self.sink = source, stages, sink
-        self._groups = _shared(stages, max(1, cores() - 1 if workers is None else workers))
+        self._groups = _shared(stages, max(1, cores() - 1 if threads is None else threads))
         heads = [group[0][0] for group in self._groups] + [sink[0]]
         self.channels: list[Channel[Any]] = [Channel(f"-> {name}", capacity) for name in heads]
         names = [source[0], *(name for name, _ in stages), sink[0]]
@@ -113,7 +113,7 @@ class Runner:
         """Block until all is done; `on_tick(items that reached the sink)` is called meanwhile.
 
         Raises the first error of any actor, or StoppedError after Ctrl-C, once the sink has
-        finished. A Ctrl-C while the sink is finishing a whole film has no effect. Another error of
+        finished. A Ctrl-C while the sink is finishing a whole video has no effect. Another error of
         `on_tick` leaves the sink unfinished, so none is called for once the sink begins to finish.
         """
         threads: list[threading.Thread] = []
@@ -136,7 +136,7 @@ class Runner:
             try:
                 raise first
             finally:
-                del first  # its traceback refers to this frame, and so to the whole film
+                del first  # its traceback refers to this frame, and so to the whole video
         if self.stopped and not self._is_whole:
             raise StoppedError("stopped by the user")
 
@@ -273,8 +273,8 @@ class Runner:
             self._is_whole = not stopped
 
 
-def _shared(stages: list[tuple[str, Stage]], workers: int) -> list[list[tuple[str, Stage]]]:
-    """Split the stages, in order, into one group of about equal size for each worker."""
-    count = min(workers, len(stages))
+def _shared(stages: list[tuple[str, Stage]], threads: int) -> list[list[tuple[str, Stage]]]:
+    """Split the stages, in order, into one group of about equal size for each thread."""
+    count = min(threads, len(stages))
     ends = [len(stages) * number // count for number in range(count + 1)] if count else []
     return [stages[first:end] for first, end in itertools.pairwise(ends)]

@@ -60,10 +60,10 @@ class Face:
 
     def __post_init__(self) -> None:
         points = self.points_px
-        if points.shape != (POINTS, 3) or points.dtype != np.float32:
-            raise ValueError(
-                f"points_px must be ({POINTS}, 3) float32, got {points.shape} {points.dtype}"
-            )
+        is_array = isinstance(points, np.ndarray)
+        if not is_array or points.shape != (POINTS, 3) or points.dtype != np.float32:
+            got = f"{points.shape} {points.dtype}" if is_array else type(points).__name__
+            raise ValueError(f"points_px must be an array, ({POINTS}, 3) float32, got {got}")
 
     @property
     def mouth_weight(self) -> float:

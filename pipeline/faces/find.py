@@ -1,4 +1,4 @@
-"""Finds the faces of a picture that stands alone; tracker.py follows faces through a film."""
+"""Finds the faces of a picture that stands alone; tracker.py follows faces through a video."""
 
 from fractions import Fraction
 

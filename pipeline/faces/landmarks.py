@@ -162,7 +162,7 @@ def relocate(
     seconds: float,
     verify: bool = False,
 ) -> FaceLandmarks | None:
-    """The same face a frame later, at `seconds` of the film; None when it is gone.
+    """The same face a frame later, at `seconds` of the video; None when it is gone.
 
     The lip and eye nets read every frame, at the place that the face's motion leads to. The mesh
     net runs now and then: it reads the other points, and checks that this still is a face. In
@@ -297,7 +297,7 @@ def _steady_number(mean: float, new: float) -> float:
 def _is_odd(before: FaceLandmarks, found: FaceLandmarks) -> bool:
     """Whether the lips jumped or vanished, or a resting face moved at once.
 
-    Something may be in front of the lips. Or the film skipped a frame, and lips and eyes were read
+    Something may be in front of the lips. Or the video skipped a frame, and lips and eyes were read
     in the wrong place.
     """
     jump = abs(found.centres[0] - found.step.apply(before.centres[0]))

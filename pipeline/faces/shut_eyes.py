@@ -3,7 +3,7 @@
 The eye net learned from MediaPipe's points, whose lids stay apart on a shut eye by up to a seventh
 of its width. There a slit of bare lid would be left between shadow and liner above and below. So
 where the lids lie close together, a logistic model of the eye's points and of the colours on and
-around the slit tells whether the eye is shut (training/faces/fit_shut_eyes.py).
+around the slit decides whether the eye is shut (training/faces/fit_shut_eyes.py).
 """
 
 import cv2

@@ -3,7 +3,7 @@
 A face is followed from where it was: the crops of the nets lie where the points of the last frame
 were. The detector searches the whole picture only when no face is followed, when a face was lost,
 after a cut, and now and then for new faces, seldom for those that are small in a large picture: by
-the seconds of the film, not by frames.
+the seconds of the video, not by frames.
 """
 
 import math

@@ -16,13 +16,13 @@ _EARLY = 1e-6  # s, so that times at the edge of a slot fall into the same slot 
 def slot(seconds: float, length_seconds: float) -> int:
     """The number of the slot that a time lies in, where time is cut into slots of equal length.
 
-    What is done once in a slot is done at the same frames, wherever a run begins in the film.
+    What is done once in a slot is done at the same frames, wherever a run begins in the video.
     """
     return math.floor((seconds + _EARLY) / length_seconds)
 
 
 class MediaClock:
-    """Seconds of the film, from the first frame's on; they always advance, whatever the frames'
+    """Seconds of the video, from the first frame's on; they always advance, whatever the frames'
     timestamps do."""
 
     def __init__(self) -> None:

@@ -14,7 +14,7 @@ FULL_RANGE = 2  # of `range`
 _UNSPECIFIED = 2  # of matrix, transfer and primaries
 # BT.2020 constant luminance counts as BT.2020: no encoder that we know of writes it.
 _SAME = {10: 9}
-HDR_TRANSFERS = (16, 18)  # PQ (SMPTE ST 2084) and HLG (ARIB STD-B67), as H.273 numbers them
+HDR_TRANSFERS = (PQ, HLG)  # SMPTE ST 2084 and ARIB STD-B67
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ def resolve(tags: ColourTags, width_px: int, height_px: int, bit_depth: int) -> 
 
     Raises UsageError for matrices that cannot be painted on (ICtCp, YCgCo).
     """
-    hdr = tags.transfer in (PQ, HLG)
+    hdr = tags.is_hdr
     matrix = _SAME.get(tags.matrix, tags.matrix)
     if matrix == _UNSPECIFIED:
         wide = hdr or tags.primaries == 9

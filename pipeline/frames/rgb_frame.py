@@ -1,4 +1,4 @@
-"""An RGB picture that is painted as a frame of a film."""
+"""An RGB picture that is painted as a frame of a video."""
 
 from fractions import Fraction
 

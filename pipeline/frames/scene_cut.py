@@ -23,7 +23,7 @@ class CutDetector:
     The correlation does not depend on brightness and contrast, and flat frames are skipped. So
     flashes and fades are no cuts, unless another scene follows.
 
-    begins: whether the last frame was the first one that is not flat, of the film or after flat
+    begins: whether the last frame was the first one that is not flat, of the video or after flat
     ones.
     """
 

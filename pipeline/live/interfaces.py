@@ -70,7 +70,7 @@ class LiveSink(Protocol):
 
     @property
     def state(self) -> str:
-        """What the closing line adds to the number of pictures, such as ", 12.0 s"; or ""."""
+        """What the last line adds to the number of pictures, such as ", 12.0 s"; or ""."""
         ...
 
     @property
@@ -82,10 +82,9 @@ class LiveSink(Protocol):
         """Write, send or show one picture."""
         ...
 
-    def finish(self, stopped: bool) -> None:
+    def finish(self) -> None:
         """Close the sink; called once, after the last picture.
 
-        stopped: the run was stopped before the camera ended. Raises OutputError when there were
-        pictures and the sink could send none of them.
+        Raises OutputError when there were pictures and the sink could send none of them.
         """
         ...

@@ -206,8 +206,7 @@ class LiveRunner:
                 outlet.sink(picture)
                 del picture
             goes_on = ""  # from here on the run is over
-            stopped = self.stopped or outlet.is_over or self._first_error is not None
-            outlet.sink.finish(stopped)
+            outlet.sink.finish()
             outlet.is_over = True
         except MakeupVideoError as error:
             outlet.error, outlet.is_over = error, True
@@ -221,5 +220,5 @@ class LiveRunner:
         except Exception:
             outlet.is_over = True
             with suppress(Exception):
-                outlet.sink.finish(True)  # closes its device, file or child process
+                outlet.sink.finish()  # closes its device, file or child process
             raise

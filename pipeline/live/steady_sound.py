@@ -13,7 +13,7 @@ import numpy as np
 from makeup_video.pipeline.live.sound import RATE, SoundBlock
 
 # A block arrives late now and then, and never early. So of all arrivals in this time the earliest
-# tells when the samples were taken.
+# shows when the samples were taken.
 _WINDOW_SECONDS = 2.0
 _CORRECTED_IN_SECONDS = 0.5  # how fast a small error is stretched away
 _MOST_STRETCH = 0.004

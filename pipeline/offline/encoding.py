@@ -1,4 +1,4 @@
-"""Chooses how a film is decoded and encoded, from its source, its output and the settings."""
+"""Chooses how a video is decoded and encoded, from its source, its output and the settings."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ from makeup_video.pipeline.media.codecs import (
     pick_codec,
 )
 from makeup_video.pipeline.media.encode import PacketWriter, VideoEncoder
-from makeup_video.pipeline.media.hardware import NONE, Wanted, pick_encoder
+from makeup_video.pipeline.media.hardware import NONE, EncoderNeeds, pick_encoder
 from makeup_video.pipeline.media.input_file import VideoSource
 from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat, bits_of, pick_pix_fmt
 from makeup_video.pipeline.offline.settings import Settings
@@ -61,16 +61,16 @@ def choose_encoding(source: VideoSource, output: Path, settings: Settings) -> En
         pick_pix_fmt("yuv420p", codec, depth)  # raises UsageError
     note = ""
     if settings.hardware != NONE:
-        codec, note = pick_encoder(codec, settings.hardware, _wanted(source, depth, settings))
+        codec, note = pick_encoder(codec, settings.hardware, _needs(source, depth, settings))
     options = encoder_options(codec, settings.crf, settings.preset)
     return Encoding(container, codec, options, depth, settings.sdr, note)
 
 
-def _wanted(source: VideoSource, depth: int | None, settings: Settings) -> Wanted:
-    """What the film needs of an encoder."""
+def _needs(source: VideoSource, depth: int | None, settings: Settings) -> EncoderNeeds:
+    """What the video needs of an encoder."""
     context = source.video.codec_context
     width_px = context.width * (2 if settings.compare else 1)
-    return Wanted(
+    return EncoderNeeds(
         (width_px, context.height),
         context.pix_fmt or "yuv420p",
         settings.crf,
@@ -83,7 +83,7 @@ def _wanted(source: VideoSource, depth: int | None, settings: Settings) -> Wante
 def decoder_threads(wanted: int | None = None) -> int:
     """As many threads as wanted; None: half as many as there are cores.
 
-    FFmpeg's own choice is one a core and one more, each with pictures in memory; but a film waits
+    FFmpeg's own choice is one a core and one more, each with pictures in memory; but a video waits
     for the encoder, not for the decoder.
     """
     return max(1, cores() // 2) if wanted is None else wanted

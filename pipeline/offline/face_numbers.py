@@ -1,4 +1,4 @@
-"""Numbers the faces of a film alike in all its segments.
+"""Numbers the faces of a video alike in all its segments.
 
 Each segment numbers its own faces from 0. Two neighbours see the same frames before the seam, so a
 face of one is the face of the other that is at its place in most of these frames.
@@ -38,12 +38,12 @@ def sightings_in(item: FrameFaces) -> tuple[Sighting, ...]:
 class KnownFaces(NamedTuple):
     """What is known of a segment's faces once the segments before it are painted.
 
-    numbers: the film's number of each face, by the segment's own.
-    largest_id: the face, with the film's number, that was painted last as the largest; -1: none.
+    numbers: the video's number of each face, by the segment's own.
+    largest_id: the face, with the video's number, that was painted last as the largest, if any.
     """
 
     numbers: Mapping[int, int]
-    largest_id: int
+    largest_id: int | None
 
 
 class FilmNumbers:
@@ -54,7 +54,7 @@ class FilmNumbers:
         self._known: Sightings = {}
 
     def next(self, before: Sightings, after: Sightings, own: Iterable[int]) -> dict[int, int]:
-        """The film's numbers of the next segment's faces, by its own.
+        """The video's numbers of the next segment's faces, by its own.
 
         before, after: what it saw in its run-up, and what the segment behind it sees as well.
         own: its faces in order of appearance.

@@ -1,4 +1,4 @@
-"""What every run over a film needs: its decoder and its report."""
+"""What every run over a video needs: its decoder and its report."""
 
 from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import closing, contextmanager
@@ -27,7 +27,7 @@ Progress = Callable[[int, int | None, Fraction], None]
 
 @dataclass(frozen=True, slots=True)
 class Film:
-    """A film that becomes one output.  bytes_in: size of the input, which may be renamed later."""
+    """A video that becomes one output.  bytes_in: size of the input, which may be renamed later."""
 
     source: VideoSource
     output: Path
@@ -47,7 +47,7 @@ class Film:
 def begin_film(
     source: VideoSource, output: Path, settings: Settings
 ) -> Generator[Film, None, None]:
-    """Begin the output of a film; an error within the block removes what was begun.
+    """Begin the output of a video; an error within the block removes what was begun.
 
     Raises UsageError, OutputError.
     """
@@ -72,7 +72,7 @@ def open_muxer(
     settings: Settings,
     on_whole: Callable[[], None] | None = None,
 ) -> Muxer:
-    """The muxer of one output of a film. Raises UsageError, OutputError."""
+    """The muxer of one output of a video. Raises UsageError, OutputError."""
     target = OutputFile(output, source.path, overwrite=settings.overwrite, on_whole=on_whole)
     return Muxer(target, encoding.container, strict=settings.strict)
 
@@ -80,7 +80,7 @@ def open_muxer(
 def open_decoder(
     source: VideoSource, encoding: Encoding, copier: StreamCopier, settings: Settings
 ) -> Decoder:
-    """The decoder of the part of the film that the settings keep."""
+    """The decoder of the part of the video that the settings keep."""
     return Decoder(
         source,
         encoding.convert(),
@@ -100,7 +100,7 @@ def channel_frames(source: VideoSource) -> int:
 def film_report(
     source: VideoSource, output: Path, decoder: Decoder, encoder: VideoEncoder, muxer: Muxer
 ) -> Report:
-    """The report of a finished film, without what the stages and channels know."""
+    """The report of a finished video, without what the stages and channels know."""
     stats = decoder.stats
     return Report(
         source=str(source.path),

@@ -10,7 +10,7 @@ from makeup_video.pipeline.offline.overlay import DrawFaces
 from makeup_video.pipeline.offline.points_file import PointsFile
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.run import run_stages
-from makeup_video.pipeline.offline.settings import Settings
+from makeup_video.pipeline.offline.settings import Settings, check_progress
 from makeup_video.pipeline.offline.stages import FaceRun
 
 
@@ -29,13 +29,14 @@ def inspect_video(
     Raises TypeError for settings of another type, else one of `errors`.
     """
     settings = Settings.checked(settings)
+    check_progress(on_progress)
     for name in settings.given(("split_minutes", "faces")):
         raise UsageError(f"all faces are drawn, in one run: leave out {option(name)}")
     sidecar: contextlib.AbstractContextManager[PointsFile | None] = contextlib.nullcontext()
     if points is not None:
         sidecar = PointsFile(points, src, dst, overwrite=settings.overwrite)
     with sidecar as points_file, one_opencv_thread():
-        run = FaceRun(lambda: [("draw", DrawFaces(points_file))])
+        run = FaceRun(lambda: [("draw", DrawFaces(points_file))], paints=False)
         report = run_stages(src, dst, run, settings, on_progress)
     run.count(report)
     return report

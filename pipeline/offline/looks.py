@@ -1,7 +1,6 @@
 """process_looks: paints several looks on one video or picture, which is read only once."""
 
 import os
-import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from fractions import Fraction
@@ -15,7 +14,6 @@ from makeup_video.pipeline.engine.machine import (
     free_memory_bytes,
     give_back_last_run,
     one_opencv_thread,
-    peak_memory_bytes,
 )
 from makeup_video.pipeline.errors import MakeupVideoError, StoppedError, UsageError, option
 from makeup_video.pipeline.files.local_file import local_file
@@ -25,11 +23,10 @@ from makeup_video.pipeline.look.look import Look, check_look
 from makeup_video.pipeline.media.duration import check_start
 from makeup_video.pipeline.media.input_file import VideoSource, open_video
 from makeup_video.pipeline.offline.encoding import choose_encoding
-from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.report import Outcome, Report, RunClock
 from makeup_video.pipeline.offline.run import check_picture_settings
-from makeup_video.pipeline.offline.settings import Settings
+from makeup_video.pipeline.offline.settings import Settings, check_progress
 
-Outcome = Report | MakeupVideoError
 # (outputs that are being written, frames done, frames expected or None, frames/s of the source)
 LooksProgress = Callable[[Sequence[Path], int, int | None, Fraction], None]
 # a variable, since a dict[str, Look] is no Mapping[str | os.PathLike[str], Look]
@@ -68,6 +65,7 @@ def process_looks(
         raise TypeError(f"looks must be a dict of outputs and looks, got {type(looks).__name__}")
     for look in looks.values():
         check_look(look)
+    check_progress(on_progress)
     if not 0 < memory_share <= 1:
         raise UsageError(f"memory_share must be more than 0 and at most 1, got {memory_share}")
     settings, path = Settings.checked(settings), local_file(src)
@@ -134,7 +132,7 @@ def _on_film(
 def encoders_at_once(
     source: VideoSource, output: Path, settings: Settings, memory_share: float = 0.5
 ) -> int:
-    """How many looks of a film are encoded at the same time: at least 1, at most 16, and no more
+    """How many looks of a video are encoded at the same time: at least 1, at most 16, and no more
     than a share of the free memory holds."""
     codec = choose_encoding(source, output, settings).codec
     each_bytes = max(1, codec.memory_mb_per_mpx * source.frame_px)  # MB per Mpx is bytes per px
@@ -155,14 +153,10 @@ def _check_outputs(source: Path, outputs: Sequence[Path], settings: Settings) ->
 
 def _timed(work: Callable[[], dict[Path, Outcome]]) -> dict[Path, Outcome]:
     """Do the work, write its times and its memory into the reports, and free what it has left."""
-    began, cpu_began = time.monotonic(), time.process_time()
+    clock = RunClock()
     try:
         done = work()
     finally:
         give_back_last_run()
-    seconds, cpu_seconds = time.monotonic() - began, time.process_time() - cpu_began
-    for outcome in done.values():
-        if isinstance(outcome, Report):
-            outcome.seconds, outcome.cpu_seconds = seconds, cpu_seconds
-            outcome.peak_memory_bytes = peak_memory_bytes()
+    clock.write(*(outcome for outcome in done.values() if isinstance(outcome, Report)))
     return done

@@ -1,4 +1,4 @@
-"""Paints several looks on one film in one go: decoded and searched for faces only once."""
+"""Paints several looks on one video in one go: decoded and searched for faces only once."""
 
 from collections.abc import Mapping
 from contextlib import closing
@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from makeup_video.pipeline.engine.fan_out import FanOut, in_groups
-from makeup_video.pipeline.engine.machine import PAINT_PICTURE, PAINT_VIDEO
 from makeup_video.pipeline.engine.runner import Runner, Stage, StageTimes, Stopwatch
 from makeup_video.pipeline.errors import MakeupVideoError, StoppedError
 from makeup_video.pipeline.frames.frame import Frame
@@ -26,14 +25,12 @@ from makeup_video.pipeline.offline.film import (
     open_decoder,
     open_muxer,
 )
-from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.report import Outcome, Report
 from makeup_video.pipeline.offline.settings import Settings
-from makeup_video.pipeline.offline.stages import FaceRun, PaintStage, Stages
+from makeup_video.pipeline.offline.stages import FaceRun, Stages, count_painted
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite, open_canvas
 from makeup_video.pipeline.render.scene import FrameScene
-
-Outcome = Report | MakeupVideoError
 
 
 class PaintAndEncode:
@@ -67,7 +64,7 @@ def paint_film(
     on_progress: Progress | None = None,
     more: bool = False,
 ) -> dict[Path, Outcome]:
-    """Paint every look on the film, each with an encoder of its own; see process_looks.
+    """Paint every look on the video, each with an encoder of its own; see process_looks.
 
     looks: by output, one or more, whose names end alike.  more: others will follow, so a Ctrl-C
     while these outputs are finished is not too late, and raises StoppedError.
@@ -97,9 +94,9 @@ class _Film:
     def __init__(self, looks: Mapping[Path, Look], settings: Settings) -> None:
         self._looks, self._settings = looks, settings
         self._groups = in_groups(len(looks))
-        self._painters: list[PaintStage | None] = []
+        self._composites: list[Composite | None] = []  # None for a bare look
         self._muxers: list[Muxer] = []
-        self.faces = FaceRun(self._scene, PAINT_VIDEO, PAINT_PICTURE)
+        self.faces = FaceRun(self._scene, paints=True)
 
     def _scene(self) -> Stages:
         """Called once the input is open: loads the kernels."""
@@ -107,10 +104,8 @@ class _Film:
         for group in self._groups:
             canvas = open_canvas(settings.device)  # one for each thread that paints
             for look in looks[group.start : group.stop]:
-                painter = None
-                if not look.is_bare:
-                    painter = PaintStage(Composite(look, canvas, settings.faces), settings.faces)
-                self._painters.append(painter)
+                composite = None if look.is_bare else Composite(look, canvas, settings.faces)
+                self._composites.append(composite)
         return [("scene", BuildScene(settings.device))]
 
     def open(self, source: VideoSource) -> None:
@@ -122,10 +117,10 @@ class _Film:
                 self._muxers.append(open_muxer(source, path, encoding, settings))
             self.sinks = [
                 PaintAndEncode(
-                    self._paint(painter),
+                    self._paint(composite),
                     encoding.encoder(muxer, source, settings.encoder_threads),
                 )
-                for painter, muxer in zip(self._painters, self._muxers, strict=True)
+                for composite, muxer in zip(self._composites, self._muxers, strict=True)
             ]
             copy = CopyFrames(len(self.sinks))
 
@@ -133,7 +128,7 @@ class _Film:
                 return [replace(item, frame=one) for one in copy(item.frame)]
 
             groups = [self.sinks[group.start : group.stop] for group in self._groups]
-            muxers = self._muxers  # a function that held this film would keep it in memory
+            muxers = self._muxers  # a function that held this video would keep it in memory
             # at once: where a disk is full, the others need the room of the one that failed
             self.fan = FanOut(groups, share, lambda at: muxers[at].abort())
             self._copier = CopyToAll(self._muxers, self.fan.errors)
@@ -142,8 +137,8 @@ class _Film:
             self.remove_parts()
             raise
 
-    def _paint(self, painter: PaintStage | None) -> Stage:
-        paint: Stage = _untouched if painter is None else painter.composite
+    def _paint(self, composite: Composite | None) -> Stage:
+        paint: Stage = composite or _untouched
         return SideBySide(paint) if self._settings.compare else paint
 
     def runner(self, source: VideoSource, stages: Stages) -> Runner:
@@ -154,7 +149,7 @@ class _Film:
             ("outputs", self.fan),
             channel_frames(source),
             observe=settings.observe,
-            workers=settings.stage_threads,
+            threads=settings.stage_threads,
         )
 
     def remove_parts(self) -> None:
@@ -176,15 +171,15 @@ class _Film:
         return done
 
     def _report(self, at: int, path: Path, source: VideoSource, runner: Runner) -> Report:
-        sink, painter = self.sinks[at], self._painters[at]
+        sink, composite = self.sinks[at], self._composites[at]
         times = {name: one for name, one in runner.times.items() if name != "outputs"}
         report = film_report(source, path, self.decoder, sink.encoder, self._muxers[at])
         add_times(report, times | sink.times, runner.channels)
         report.dropped = self._copier.dropped + report.dropped
         report.bytes_in = source.container.size
-        if painter is not None:
+        if composite is not None:
             self.faces.count(report)
-            painter.count(report)
+            count_painted(composite, report)
         return report
 
 

@@ -16,17 +16,15 @@ from makeup_video.pipeline.offline.picture import (
     open_picture,
     write_picture,
 )
-from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.report import Outcome
 from makeup_video.pipeline.offline.settings import Settings
-from makeup_video.pipeline.offline.stages import FaceRun, PaintStage
+from makeup_video.pipeline.offline.stages import FaceRun, count_painted
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite, open_canvas
 from makeup_video.pipeline.render.scene import FrameScene
 
 
-def paint_picture(
-    src: Path, looks: Mapping[Path, Look], settings: Settings
-) -> dict[Path, Report | MakeupVideoError]:
+def paint_picture(src: Path, looks: Mapping[Path, Look], settings: Settings) -> dict[Path, Outcome]:
     """Paint every look on the picture, on as many looks at once as there are cores.
 
     looks: by output, one or more; see process_looks.
@@ -34,14 +32,14 @@ def paint_picture(
     for output in looks:
         check_suffix(src, output)
     picture = open_picture(src)
-    faces = FaceRun(lambda: [("scene", BuildScene(settings.device))])
+    faces = FaceRun(lambda: [("scene", BuildScene(settings.device))], paints=True)
     scene: Any = picture.frame
     for _, stage in faces(None):
         scene = stage(scene)
     work = _Work(picture, scene, faces, settings)
     outputs = list(looks.items())
     groups = [dict(outputs[group.start : group.stop]) for group in in_groups(len(outputs))]
-    done: dict[Path, Report | MakeupVideoError] = {}
+    done: dict[Path, Outcome] = {}
     with ThreadPoolExecutor(len(groups)) as pool:
         try:
             for part in pool.map(work, groups):
@@ -62,24 +60,24 @@ class _Work:
         self._settings = settings
         self.is_stopped = False
 
-    def __call__(self, looks: Mapping[Path, Look]) -> dict[Path, Report | MakeupVideoError]:
+    def __call__(self, looks: Mapping[Path, Look]) -> dict[Path, Outcome]:
         canvas, copy = open_canvas(self._settings.device), CopyFrames(1)
-        done: dict[Path, Report | MakeupVideoError] = {}
+        done: dict[Path, Outcome] = {}
         for output, look in looks.items():
             if self.is_stopped:
                 break
             (frame,) = copy(self._scene.frame)
-            painter, faces = None, self._settings.faces
+            composite = None
             if not look.is_bare:
-                painter = PaintStage(Composite(look, canvas, faces), faces)
-                painter.composite(replace(self._scene, frame=frame))
+                composite = Composite(look, canvas, self._settings.faces)
+                composite(replace(self._scene, frame=frame))
             try:
                 report = write_picture(self._picture, output, frame, self._settings)
             except MakeupVideoError as error:
                 done[output] = error
                 continue
-            if painter is not None:
+            if composite is not None:
                 self._faces.count(report)
-                painter.count(report)
+                count_painted(composite, report)
             done[output] = report
         return done

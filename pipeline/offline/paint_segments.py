@@ -1,4 +1,4 @@
-"""Paints all segments of a film, and tells the film's faces apart in all of them."""
+"""Paints all segments of a video, and numbers its faces alike in all of them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -14,16 +14,15 @@ from makeup_video.pipeline.offline.segment_job import SegmentJob, SegmentResult,
 from makeup_video.pipeline.offline.settings import Settings
 
 _ATTEMPTS = 3  # a segment whose process dies is tried twice more
-_NONE = -1  # no face
 
 
 @dataclass(slots=True)
 class PaintedSegments:
-    """The segments of a film.
+    """The segments of a video.
 
-    numbers: of each segment, the film's numbers of its faces by its own.
-    faces: how many there are in the film.
-    known: what each segment was told; None where it painted by its own numbers.
+    numbers: of each segment, the video's numbers of its faces by its own.
+    faces: how many there are in the video.
+    known: what each segment was given; None where it painted by its own numbers.
     cpu_seconds: of all processes, with segments that were painted twice.
     """
 
@@ -35,30 +34,30 @@ class PaintedSegments:
 
     @property
     def shown_numbers(self) -> set[int]:
-        """The film's numbers of all faces in it."""
+        """The video's numbers of all faces in it."""
         return {number for one in self.numbers for number in one.values()}
 
     def in_film(self, at: int, own: int) -> int:
-        """The film's number of a face, as the segment at this place names it."""
-        return own if own == _NONE or self.known[at] is not None else self.numbers[at][own]
+        """The video's number of a face, as the segment at this place names it."""
+        return own if self.known[at] is not None else self.numbers[at][own]
 
-    def largest_before(self, at: int) -> int:
+    def largest_before(self, at: int) -> int | None:
         """The face that was painted last as the largest before the segment at this place."""
         for before in reversed(range(at)):
-            if (own := self.results[before].largest_id) != _NONE:
+            if (own := self.results[before].largest_id) is not None:
                 return self.in_film(before, own)
-        return _NONE
+        return None
 
 
 def paint_segments(
     jobs: Sequence[SegmentJob],
     settings: Settings,
     on_tick: Callable[[int], None],
-    workers: Sequence[Worker] | None = None,
+    workers: Sequence[Worker] | None,
 ) -> PaintedSegments:
     """Paint all segments, as many at once as there are workers; None: processes of this machine.
 
-    A segment alone knows neither the film's numbers of its faces nor which face was the largest
+    A segment alone knows neither the video's numbers of its faces nor which face was the largest
     before. So each one is painted with what its run-up shows, and those for which this turns out
     to be wrong are painted again.
     on_tick(frames done by all jobs) is called often.  Raises the first error of any job.
@@ -127,8 +126,8 @@ def _number_faces(jobs: Sequence[SegmentJob], painted: PaintedSegments) -> int:
 
 
 def _guessed_wrong(painted: PaintedSegments, faces: str) -> dict[int, KnownFaces]:
-    """By place the segments in which other faces are painted than in the film, and what tells
-    them better."""
+    """Return by place the segments in which other faces are painted than in the video, and what
+    they should have known."""
     wrong = {}
     for at, numbers in enumerate(painted.numbers):
         largest = painted.largest_before(at)
@@ -139,15 +138,15 @@ def _guessed_wrong(painted: PaintedSegments, faces: str) -> dict[int, KnownFaces
     return wrong
 
 
-def _differs(painted: PaintedSegments, at: int, largest: int) -> bool:
+def _differs(painted: PaintedSegments, at: int, largest: int | None) -> bool:
     """True when a segment began with another largest face, which may matter."""
     own = painted.results[at].largest_first
-    if own == _NONE:  # there was no face yet: the one before matters only if it comes back
-        return largest != _NONE and largest in painted.numbers[at].values()
+    if own is None:  # there was no face yet: the one before matters only if it comes back
+        return largest in painted.numbers[at].values()
     return painted.in_film(at, own) != largest
 
 
 def _is_other(numbers: Mapping[int, int], chosen: int) -> bool:
-    """True when the face of this number in the film is another one in the segment."""
+    """True when the face of this number in the video is another one in the segment."""
     own = {number for number in numbers if numbers[number] == chosen}
     return own != {chosen} & set(numbers)

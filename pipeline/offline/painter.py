@@ -15,7 +15,7 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.rgb_frame import RgbFrame
 from makeup_video.pipeline.frames.views import check_paintable
 from makeup_video.pipeline.look.look import Look, check_look
-from makeup_video.pipeline.offline.settings import check_faces
+from makeup_video.pipeline.offline.settings import check_whom
 from makeup_video.pipeline.render.apply_look import PaintPictures
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
@@ -41,7 +41,7 @@ class Painter:
 
     def __init__(self, look: Look, *, faces: str | int = "all", device: str | int = "") -> None:
         check_look(look)
-        check_faces(str(faces))
+        check_whom(str(faces))
         self._device = str(device)
         self._composite = Composite(look, self._device, str(faces))
         self._alone = threading.Lock()
@@ -119,8 +119,10 @@ def paint_frames(
     another shape, dtype, size or order of times.
     """
     check_look(look)
-    check_faces(str(faces))
+    check_whom(str(faces))
     _check_several(frames, "frames")
+    if isinstance(fps, str) or not hasattr(fps, "__float__"):
+        raise TypeError(f"fps must be a number, got {fps!r}")
     if not (math.isfinite(fps) and fps > 0):
         raise ValueError(f"fps must be more than 0, got {fps}")
     return _painted(_timed(frames, fps), look, str(faces), str(device))

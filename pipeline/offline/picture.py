@@ -15,7 +15,7 @@ from makeup_video.pipeline.errors import StrictError, UsageError, option
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.orientation import Orientation
-from makeup_video.pipeline.frames.rgb import PICTURE_TAGS, merge, to_frame, with_colour
+from makeup_video.pipeline.frames.rgb import PICTURE_TAGS, eight_bits, merge, to_frame, with_colour
 from makeup_video.pipeline.images.exif import orientation, without_thumbnail
 from makeup_video.pipeline.images.file_tags import FileTags, file_tags, with_file_tags
 from makeup_video.pipeline.images.icc import is_display_p3
@@ -29,7 +29,7 @@ from makeup_video.pipeline.media.side_by_side import side_by_side
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 
-_KINDS = ("EXIF", "XMP", "ICC profile")  # in the order of OpenCV's numbers
+_KINDS = ("EXIF", "XMP", "ICC profile")  # by cv2.IMAGE_METADATA_*: a video needs no OpenCV
 _DISPLAY_P3 = 12  # primaries, as ColourTags number them
 _EXIF, _ICC_PROFILE = _KINDS.index("EXIF"), _KINDS.index("ICC profile")
 
@@ -39,7 +39,7 @@ class OpenedPicture:
     """A picture file that was read.
 
     stored: its pixels, as decode_picture returns them, with the metadata.  frame: the same for the
-    painter.  tags: what its file tells beside that.  bytes_in: size of the file.
+    painter.  tags: what its file holds beside that.  bytes_in: size of the file.
     """
 
     path: Path
@@ -154,7 +154,7 @@ def _fitting(pixels: np.ndarray, report: Report) -> np.ndarray:
         return pixels
     if pixels.dtype != np.uint8:
         report.conversions.append(f"16 bits -> 8 bits ({name})")
-        pixels = (pixels / 257 + 0.5).astype(np.uint8)
+        pixels = eight_bits(pixels)
     if pixels.shape[2] == 4 and name == "JPEG":
         report.dropped.append("transparency: JPEG has none; laid on white (use .png to keep it)")
         weight = pixels[..., 3:] / 255

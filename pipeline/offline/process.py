@@ -6,7 +6,13 @@ from dataclasses import replace
 from fractions import Fraction
 
 from makeup_video.pipeline.engine.jobs import Worker
-from makeup_video.pipeline.engine.machine import COPY_VIDEO, FIND_FACES, check_memory
+from makeup_video.pipeline.engine.machine import (
+    COPY_VIDEO,
+    FIND_FACES,
+    check_memory,
+    give_back_last_run,
+    one_opencv_thread,
+)
 from makeup_video.pipeline.engine.runner import Stage
 from makeup_video.pipeline.errors import DecodeError
 from makeup_video.pipeline.files.local_file import local_file
@@ -16,7 +22,7 @@ from makeup_video.pipeline.media.input_file import VideoSource
 from makeup_video.pipeline.offline.film import Progress
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.run import check_name, run_stages
-from makeup_video.pipeline.offline.settings import Settings
+from makeup_video.pipeline.offline.settings import Settings, check_progress
 
 
 def process_video(
@@ -32,22 +38,22 @@ def process_video(
     on_progress(frames done, frames expected or None, frames per second of the source) is called a
     few times a second.
     workers: what paints the segments of `split_minutes`; None: processes of this machine. They are
-    stopped when the segments end, and serve no other film; one that is painted whole does not use
+    stopped when the segments end, and serve no other video; one that is painted whole does not use
     them.
-    Raises TypeError for a look of another type, else one of `errors`; dst is then unchanged, or
-    still does not exist.
+    Raises TypeError for an argument of another type, else one of `errors`; dst is then unchanged,
+    or still does not exist.
     A script that sets `split_minutes` needs `if __name__ == "__main__"` around its call, since the
     processes of the segments import it.
     """
     look, settings = Look() if look is None else look, Settings.checked(settings)
     check_look(look)
+    check_progress(on_progress)
     if settings.split_minutes is not None and not is_picture(local_file(src)):
         return _in_segments(src, dst, look, settings, settings.split_minutes, on_progress, workers)
     if look.is_bare:
         return run_stages(src, dst, _copy, settings, on_progress)
     check_memory(FIND_FACES)
     # late: the face nets and OpenCL take long to load, and only painting needs them
-    from makeup_video.pipeline.engine.machine import give_back_last_run, one_opencv_thread
     from makeup_video.pipeline.offline.stages import PaintRun
 
     run = PaintRun(look, settings.faces, settings.device)
@@ -70,7 +76,7 @@ def _in_segments(
     on_progress: Progress | None,
     workers: Sequence[Worker] | None,
 ) -> Report:
-    """Paint the film in segments, or in one run where it cannot be split."""
+    """Paint the video in segments, or in one run where it cannot be split."""
     from makeup_video.pipeline.offline.split import plan_of, process_in_segments
 
     check_name(dst)
@@ -82,7 +88,7 @@ def _in_segments(
         except DecodeError as error:
             if not error.shows_nothing:
                 raise
-            obstacle = "a segment of it is damaged"  # other frames of the film may be whole
+            obstacle = "a segment of it is damaged"  # other frames of the video may be whole
     whole = replace(settings, split_minutes=None, jobs=None)
     report = process_video(src, dst, look, whole, on_progress)
     report.why_whole = obstacle

@@ -1,8 +1,11 @@
 """The report of a run, for people (`summary`, `warnings`) and for programs (`to_dict`)."""
 
+import time
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from makeup_video.pipeline.engine.machine import peak_memory_bytes
+from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.faces.face import MIN_FACE_PX
 
 
@@ -23,11 +26,11 @@ class Report:
     tiny_faces: how often a face was left alone because it was too small.
     painted_frames: how many frames were painted; None where nothing was to be painted.
     why_unpainted: the reason when none was painted although faces were found.
-    segments: how many the film was painted in.  why_whole: why it was not split as asked.
+    segments: how many the video was painted in.  why_whole: why it was not split as asked.
     first_packet_unix_seconds: the wall clock when the first packet of video was written.
     peak_memory_bytes: of the process that held the most.
     stages: items, busy_seconds and cpu_seconds of each actor.
-    channels: capacity and mean_fill of each channel; none of a film in segments.
+    channels: capacity and mean_fill of each channel; none of a video in segments.
     """
 
     source: str
@@ -104,7 +107,7 @@ class Report:
 
     @property
     def turn_first(self) -> str:
-        """Advice for films stored upside down, where faces are found less often."""
+        """Advice for videos stored upside down, where faces are found less often."""
         return f"if the {'picture' if self.is_picture else 'video'} is upside down, turn it first"
 
     def _damage(self) -> str:
@@ -134,6 +137,24 @@ class Report:
             f"({self.frames_per_second:.0f} fps, {self.times_real_time:.1f}x real time), "
             f"{size_in_words(self.bytes_out)}"
         )
+
+
+Outcome = Report | MakeupVideoError  # of one of several outputs
+
+
+class RunClock:
+    """Measures a run of this process from here on."""
+
+    def __init__(self) -> None:
+        self._began, self._cpu_began = time.monotonic(), time.process_time()
+
+    def write(self, *reports: Report) -> None:
+        """Write the run's times so far and the process's memory into its reports."""
+        seconds = time.monotonic() - self._began
+        cpu_seconds = time.process_time() - self._cpu_began
+        for report in reports:
+            report.seconds, report.cpu_seconds = seconds, cpu_seconds
+            report.peak_memory_bytes = peak_memory_bytes()
 
 
 def frames_in_words(count: int) -> str:

@@ -1,13 +1,12 @@
 """Runs a file through the pipeline: source -> stages -> sink, and a report."""
 
 import os
-import time
 from collections.abc import Callable
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from makeup_video.pipeline.engine.machine import peak_memory_bytes
 from makeup_video.pipeline.engine.runner import Runner, Stage
 from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.files.local_file import local_file
@@ -18,7 +17,7 @@ from makeup_video.pipeline.media.input_file import VideoSource, open_video
 from makeup_video.pipeline.media.side_by_side import SideBySide
 from makeup_video.pipeline.offline.film import Progress, add_times, begin_film, channel_frames
 from makeup_video.pipeline.offline.picture import process_picture
-from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.report import Report, RunClock
 from makeup_video.pipeline.offline.settings import Settings
 
 
@@ -26,8 +25,8 @@ def run_stages(
     src: str | os.PathLike[str],
     dst: str | os.PathLike[str],
     stages: Callable[[VideoSource | None], list[tuple[str, Stage]]],
-    settings: Settings | None = None,
-    on_progress: Progress | None = None,
+    settings: Settings,
+    on_progress: Progress | None,
 ) -> Report:
     """Read src, run every frame through the stages, write dst.
 
@@ -35,26 +34,20 @@ def run_stages(
     the stages turn a Frame into a Frame; for a picture none of them may look ahead.
     on_progress: see process_video.  Raises one of `errors`; dst is then missing, or what it was.
     """
-    began, cpu_began = time.monotonic(), time.process_time()
-    path, settings = local_file(src), settings or Settings()
+    clock, path = RunClock(), local_file(src)
     check_name(dst)
     if is_picture(path):
         check_picture_settings(src, settings)
         paint = partial(_through, stages(None))
         report = process_picture(path, Path(dst), paint, settings)
     else:
-        source = open_video(path)
-        try:
+        with closing(open_video(path)) as source:
             check_start(source, settings.start_seconds)
             steps = stages(source)
             if settings.compare:
                 steps = compared(steps)
             report = _run(source, Path(dst), steps, settings, on_progress)
-        finally:
-            source.close()
-    report.seconds = time.monotonic() - began
-    report.cpu_seconds = time.process_time() - cpu_began
-    report.peak_memory_bytes = peak_memory_bytes()
+    clock.write(report)
     return report
 
 
@@ -93,7 +86,7 @@ def _run(
             ("encode", film.encoder),
             channel_frames(source),
             observe=settings.observe,
-            workers=settings.stage_threads,
+            threads=settings.stage_threads,
         )
         tick = on_progress
         expected = film.decoder.expected_frames

@@ -1,6 +1,5 @@
-"""Paints one segment of a film: a job that any process on any machine can do."""
+"""Paints one segment of a video: a job that any process on any machine can do."""
 
-import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, field, replace
@@ -13,7 +12,6 @@ from makeup_video.pipeline.engine.machine import (
     check_memory,
     give_back_last_run,
     one_opencv_thread,
-    peak_memory_bytes,
 )
 from makeup_video.pipeline.engine.runner import Runner, Stage
 from makeup_video.pipeline.errors import MakeupVideoError
@@ -27,7 +25,7 @@ from makeup_video.pipeline.media.segments import Segment
 from makeup_video.pipeline.offline.encoding import Encoding, choose_encoding, decoder_threads
 from makeup_video.pipeline.offline.face_numbers import KnownFaces, Sightings
 from makeup_video.pipeline.offline.film import channel_frames, open_decoder
-from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.report import Report, RunClock
 from makeup_video.pipeline.offline.run import compared
 from makeup_video.pipeline.offline.settings import Settings
 
@@ -36,11 +34,11 @@ from makeup_video.pipeline.offline.settings import Settings
 class SegmentJob:
     """All that a process needs to know to paint a segment; it can be pickled.
 
-    source: the film.  output: the file in which the segments are joined.
+    source: the video.  output: the file in which the segments are joined.
     path: where to write the painted segment.
     settings: of the whole run, without functions.
     seen_again_from: time, in ticks of the source, from which the next segment sees the frames, too.
-    known: what the segments before tell of its faces; None: the segment's own numbers serve.
+    known: what the segments before say of its faces; None: the segment's own numbers serve.
     """
 
     source: Path
@@ -87,8 +85,8 @@ class SegmentResult:
     shown_numbers: `numbers` of Composite.
     largest_first, largest_id: the largest face when the segment began, and the one that was painted
     last as the largest.
-    Faces have the segment's own numbers, but in `shown_numbers` and those of the largest the film's
-    where the job knew them.
+    Faces have the segment's own numbers, but in `shown_numbers` and those of the largest face the
+    video's, where the job knew them.
     """
 
     file: SegmentFile
@@ -98,8 +96,8 @@ class SegmentResult:
     numbers: tuple[int, ...] = ()
     chosen_frames: int = 0
     shown_numbers: frozenset[int] = frozenset()
-    largest_first: int = -1
-    largest_id: int = -1
+    largest_first: int | None = None
+    largest_id: int | None = None
 
 
 def paint_segment(job: SegmentJob, on_tick: Callable[[int], None]) -> SegmentResult:
@@ -108,9 +106,8 @@ def paint_segment(job: SegmentJob, on_tick: Callable[[int], None]) -> SegmentRes
     on_tick(frames done) is called a few times a second.  Raises one of `errors`; there is then no
     file at `job.path`.
     """
-    began, cpu_began = time.monotonic(), time.process_time()
-    source = open_video(job.source)
-    try:
+    clock = RunClock()
+    with closing(open_video(job.source)) as source:
         encoding = choose_encoding(source, job.output, job.settings)
         writer = SegmentWriter(job.path, encoding.container)
         try:
@@ -119,11 +116,7 @@ def paint_segment(job: SegmentJob, on_tick: Callable[[int], None]) -> SegmentRes
         except BaseException:
             writer.abort()
             raise
-    finally:
-        source.close()
-    result.report.seconds = time.monotonic() - began
-    result.report.cpu_seconds = time.process_time() - cpu_began
-    result.report.peak_memory_bytes = peak_memory_bytes()
+    clock.write(result.report)
     give_back_last_run()
     return result
 
@@ -138,13 +131,10 @@ def _painted(
     painting = _Painting(job, source)
     convert = encoding.convert()
     threads = decoder_threads(job.settings.decoder_threads)
-    opening = open_video(job.source)
-    try:
+    with closing(open_video(job.source)) as opening:
         encoder = encoding.encoder(writer, opening, job.settings.encoder_threads)
         with closing(open_decoder(opening, encoding, writer, job.settings)) as begin:
             encoder.open(first_frame(begin, compare=job.settings.compare))
-    finally:
-        opening.close()
     trim = SegmentTrim(job.segment, painting.ahead_frames, source.time_base)
     decoder = Decoder(source, convert, writer, segment=trim, threads=threads)
     runner = Runner(
@@ -152,7 +142,7 @@ def _painted(
         painting.stages,
         ("encode", encoder),
         channel_frames(source),
-        workers=job.settings.stage_threads,
+        threads=job.settings.stage_threads,
     )
     runner.run(on_tick)
     report = Report(
@@ -204,7 +194,7 @@ class _Painting:
         steps = run(source)
         find, smooth, scene, _ = (cast(Any, stage) for _, stage in steps)
         painter = (compared(steps) if job.settings.compare else steps)[-1][1]
-        self._composite = run.painter.composite
+        self._composite = run.composite
         self._painter = FromBeginning(job.segment, self._composite, painter, job.known)
         self._faces = SegmentFaces(find, job.segment, job.seen_again_from)
         self.ahead_frames = smooth.ahead_frames
@@ -231,6 +221,6 @@ class _Painting:
             tuple(faces.numbers),
             composite.chosen_frames,
             frozenset(composite.numbers),
-            -1 if self._painter.largest_first is None else self._painter.largest_first,
+            self._painter.largest_first,
             composite.largest_id,
         )

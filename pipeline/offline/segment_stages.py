@@ -65,7 +65,7 @@ class FromBeginning:
 
     composite: the stage that paints.  paint: the same, or what shows a frame before and after it.
     known: of the faces; None where the segment's own numbers serve.
-    largest_first: the face that was the largest when the segment began; -1 for none.
+    largest_first: the face that was the largest when the segment began; None for none.
     """
 
     def __init__(
@@ -77,17 +77,18 @@ class FromBeginning:
     ) -> None:
         self._segment, self._composite, self._paint = segment, composite, paint
         self._known = known
+        self._has_begun = False
         self.largest_first: int | None = None
 
     def __call__(self, item: FrameScene) -> Frame | None:
         if self._known is not None:
             item = _numbered(item, self._known.numbers)
         is_before = self._segment.is_before(item.frame.pts)
-        if self.largest_first is None:
+        if not self._has_begun:
             if self._known is not None:
                 self._composite.largest_id = self._known.largest_id
             if not is_before:
-                self.largest_first = self._composite.largest_id
+                self._has_begun, self.largest_first = True, self._composite.largest_id
         if not is_before:
             painted: Frame = self._paint(item)
             return painted
@@ -97,7 +98,7 @@ class FromBeginning:
 
 
 def _numbered(item: FrameScene, numbers: Mapping[int, int]) -> FrameScene:
-    """The same scene with the film's numbers of its faces."""
+    """The same scene with the video's numbers of its faces."""
     return replace(
         item,
         faces=tuple(
@@ -108,6 +109,6 @@ def _numbered(item: FrameScene, numbers: Mapping[int, int]) -> FrameScene:
 
 
 def _in_film(scene: FaceScene, numbers: Mapping[int, int]) -> int:
-    """The film's number of a face; a negative one for a face of the run-up alone."""
+    """The video's number of a face; a negative one for a face of the run-up alone."""
     own = scene.face.track_id
-    return numbers.get(own, -2 - own)
+    return numbers.get(own, -1 - own)

@@ -16,6 +16,7 @@ from makeup_video.pipeline.media.hardware import NONE, check_hardware
 BIT_DEPTHS = (8, 10, 12)
 _FLAGS = ("overwrite", "strict", "sdr", "compare")
 _TEXTS = ("codec", "preset")
+_FUNCTIONS = ("observe", "on_whole")
 # The least and the most of each whole number. The codec knows the range of crf; of processes that
 # are given by their number there may be any, and each thread of a decoder takes some MB.
 _RANGES = {
@@ -57,7 +58,7 @@ class Settings:
     sdr: turn HDR into SDR.
     faces: whom to paint: "all", "largest", or the number of a face, as inspect_video draws it.
     compare: show before and after side by side.
-    split_minutes: paint the film in segments of about so many minutes, each in a process of its
+    split_minutes: paint the video in segments of about so many minutes, each in a process of its
     own, and join them; None: in one run.
     jobs: how many segments are painted at once; None: half as many as there are cores.
     device: the OpenCL device that paints, by its number or a part of its name; "": the processor.
@@ -99,7 +100,7 @@ class Settings:
         for name in ("start_seconds", "end_seconds", "split_minutes"):
             object.__setattr__(self, name, _exact(getattr(self, name), name))
         self._check_types()
-        check_faces(self.faces)
+        check_whom(self.faces)
         check_hardware(self.hardware)
         if not (self.bit_depth is None or self._has_known_depth()):
             raise UsageError(
@@ -127,6 +128,10 @@ class Settings:
             value = getattr(self, name)
             if not isinstance(value, str | None):
                 raise UsageError(f"{option(name)} must be text or None, got {value!r}")
+        for name in _FUNCTIONS:
+            value = getattr(self, name)
+            if not (value is None or callable(value)):
+                raise UsageError(f"{option(name)} must be a function or None, got {value!r}")
         for name, (least, most) in _RANGES.items():
             value = getattr(self, name)
             whole = isinstance(value, Integral) and not isinstance(value, bool)
@@ -188,7 +193,13 @@ def _exact(value: object, name: str) -> Fraction | None:
     return exact
 
 
-def check_faces(faces: str) -> None:
+def check_progress(on_progress: object) -> None:
+    """Raises TypeError unless it is a function or None."""
+    if not (on_progress is None or callable(on_progress)):
+        raise TypeError(f"on_progress must be a function or None, got {type(on_progress).__name__}")
+
+
+def check_whom(faces: str) -> None:
     """Raises UsageError unless it says whom to paint."""
     if not re.fullmatch(r"all|largest|0|[1-9][0-9]{0,8}", faces):
         raise UsageError(

@@ -1,16 +1,14 @@
-"""Paints a long film in segments, each a job of its own, and joins them to one output."""
+"""Paints a long video in segments, each a job of its own, and joins them to one output."""
 
 import contextlib
 import os
-import time
 from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
 from makeup_video.pipeline.engine.jobs import Worker
-from makeup_video.pipeline.engine.machine import peak_memory_bytes
 from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
@@ -22,27 +20,21 @@ from makeup_video.pipeline.media.join import Join
 from makeup_video.pipeline.media.segments import Plan, plan_segments
 from makeup_video.pipeline.offline.film import Film, Progress, begin_film
 from makeup_video.pipeline.offline.paint_segments import PaintedSegments, paint_segments
-from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.report import Report, RunClock
 from makeup_video.pipeline.offline.segment_job import SegmentJob
 from makeup_video.pipeline.offline.settings import Settings
 
 
-def plan_of(
-    src: str | os.PathLike[str], look: Look, minutes: Fraction, settings: Settings | None = None
-) -> Plan:
-    """Where to split a film, or the part of it that the settings keep, into segments of about so
+def plan_of(src: str | os.PathLike[str], look: Look, minutes: Fraction, settings: Settings) -> Plan:
+    """Where to split a video, or the part of it that the settings keep, into segments of about so
     many minutes.
 
     Raises UsageError, InputError, DecodeError.
     """
-    settings = settings or Settings()
-    source = open_video(local_file(src))
-    try:
+    with closing(open_video(local_file(src))) as source:
         check_start(source, settings.start_seconds)
         part = settings.start_seconds, settings.end_seconds
         return plan_segments(source, minutes * 60, part, run_up=not look.is_bare)
-    finally:
-        source.close()
 
 
 def process_in_segments(
@@ -51,35 +43,33 @@ def process_in_segments(
     plan: Plan,
     look: Look,
     settings: Settings,
-    on_progress: Progress | None = None,
-    workers: Sequence[Worker] | None = None,
+    on_progress: Progress | None,
+    workers: Sequence[Worker] | None,
 ) -> Report:
     """Paint the segments of a plan, as many at once as there are workers, and join them as dst.
 
     on_progress: as in process_video.  workers: see process_video.
     Raises one of `errors`; dst is then unchanged, or still does not exist, and no segment is left.
     """
-    began, cpu_began = time.monotonic(), time.process_time()
-    source = open_video(local_file(src))
-    try:
-        with begin_film(source, Path(dst), settings) as film:
-            join = Join(film.decoder, film.encoder, film.muxer)
-            join.begin(compare=settings.compare)
-            target = film.muxer.target
-            with _folder(target, settings.overwrite) as folder:
-                jobs = _jobs(folder, source.path, target.path, plan, look, settings)
-                painted = paint_segments(jobs, settings, _ticker(film, on_progress), workers)
-                _count(film.decoder.stats, painted)
-                lost = [text for result in painted.results for text in result.report.dropped]
-                if lost:
-                    film.muxer.drop(lost[0])  # the others are its continuations
-                join.finish([result.file for result in painted.results])
-    finally:
-        source.close()
+    clock = RunClock()
+    with (
+        closing(open_video(local_file(src))) as source,
+        begin_film(source, Path(dst), settings) as film,
+    ):
+        join = Join(film.decoder, film.encoder, film.muxer)
+        join.begin(compare=settings.compare)
+        target = film.muxer.target
+        with _folder(target, settings.overwrite) as folder:
+            jobs = _jobs(folder, source.path, target.path, plan, look, settings)
+            painted = paint_segments(jobs, settings, _ticker(film, on_progress), workers)
+            _count(film.decoder.stats, painted)
+            lost = [text for result in painted.results for text in result.report.dropped]
+            if lost:
+                film.muxer.drop(lost[0])  # the others are its continuations
+            join.finish([result.file for result in painted.results])
     report = film.report()
+    clock.write(report)
     _add(report, painted, look, settings)
-    report.seconds = time.monotonic() - began
-    report.cpu_seconds += time.process_time() - cpu_began
     return report
 
 
@@ -159,7 +149,7 @@ def _count(stats: DecodeStats, painted: PaintedSegments) -> None:
 
 
 def _add(report: Report, painted: PaintedSegments, look: Look, settings: Settings) -> None:
-    """Add the counts of all segments to the report."""
+    """Add the counts, times and memory of all segments to the report."""
     parts = [result.report for result in painted.results]
     report.segments = len(parts)
     report.max_pts_error_seconds = max(part.max_pts_error_seconds for part in parts)
@@ -167,8 +157,8 @@ def _add(report: Report, painted: PaintedSegments, look: Look, settings: Setting
     report.first_packet_unix_seconds = min(
         (at for part in parts if (at := part.first_packet_unix_seconds) is not None), default=None
     )
-    report.cpu_seconds = painted.cpu_seconds
-    report.peak_memory_bytes = max(peak_memory_bytes(), *(p.peak_memory_bytes for p in parts))
+    report.cpu_seconds += painted.cpu_seconds
+    report.peak_memory_bytes = max(one.peak_memory_bytes for one in (report, *parts))
     for part in parts:
         for name, times in part.stages.items():
             total = report.stages.setdefault(name, dict.fromkeys(times, 0))

@@ -7,7 +7,6 @@ from makeup_video.pipeline.engine.machine import (
     PAINT_PICTURE,
     PAINT_VIDEO,
     SHOW_VIDEO,
-    Need,
     check_memory,
 )
 from makeup_video.pipeline.engine.runner import Stage
@@ -32,22 +31,20 @@ class FaceRun:
 
     rest() makes these stages (FrameFaces -> Frame). It is called once the input is open and before
     the output is begun.
-    video, picture: the memory that the whole run needs for a video, and for a picture.
+    paints: whether the whole run paints, which needs more memory than finding faces alone.
     """
 
-    def __init__(
-        self, rest: Callable[[], Stages], video: Need = SHOW_VIDEO, picture: Need = FIND_FACES
-    ) -> None:
+    def __init__(self, rest: Callable[[], Stages], *, paints: bool) -> None:
         self._rest: Callable[[], Stages] | None = rest
-        self._video, self._picture = video, picture
+        self._paints = paints
         self._found: FindFaces | _FindOnce
 
     def __call__(self, source: VideoSource | None) -> Stages:
         """The stages for a video, or for a picture (None). Raises TooLittleMemoryError."""
         if source is None:
-            check_memory(self._picture)
+            check_memory(PAINT_PICTURE if self._paints else FIND_FACES)
         else:
-            check_memory(self._video, source.frame_px)
+            check_memory(PAINT_VIDEO if self._paints else SHOW_VIDEO, source.frame_px)
         assert self._rest is not None, "a run has its stages made once"
         # it may refer to who holds this run: encoders and decoders would stay in memory
         make_rest, self._rest = self._rest, None
@@ -76,48 +73,38 @@ class _FindOnce:
         return item
 
 
-class PaintStage:
-    """The stage that paints a look, and what it counts.
-
-    composite: the stage, made with the same look and faces.
-    """
-
-    def __init__(self, composite: Composite, faces: str = "all") -> None:
-        self.composite, self._faces = composite, faces
-
-    def count(self, report: Report) -> None:
-        """Write into a report, which has its counts of faces, how many frames were painted."""
-        report.painted_frames = self.composite.painted_frames
-        if not report.painted_frames and report.frames_with_face:
-            composite = self.composite
-            report.why_unpainted = why_unpainted(
-                composite.look,
-                self._faces,
-                report.turn_first,
-                composite.chosen_frames,
-                composite.numbers,
-            )
-
-
 class PaintRun(FaceRun):
     """Finds faces and paints a look on them; `faces` and `device` as in Settings.
 
-    painter: the stage that paints, once the stages are made.
+    composite: the stage that paints, once the stages are made.
     """
 
-    painter: PaintStage
+    composite: Composite
 
     def __init__(self, look: Look, faces: str = "all", device: str = "") -> None:
-        super().__init__(self._painting, PAINT_VIDEO, PAINT_PICTURE)
+        super().__init__(self._painting, paints=True)
         self._look, self._faces, self._device = look, faces, device
 
     def _painting(self) -> Stages:
-        self.painter = PaintStage(Composite(self._look, self._device, self._faces), self._faces)
-        return [("scene", BuildScene(self._device)), ("composite", self.painter.composite)]
+        self.composite = Composite(self._look, self._device, self._faces)
+        return [("scene", BuildScene(self._device)), ("composite", self.composite)]
 
     def count(self, report: Report) -> None:
         super().count(report)
-        self.painter.count(report)
+        count_painted(self.composite, report)
+
+
+def count_painted(composite: Composite, report: Report) -> None:
+    """Write into a report, which has its counts of faces, how many frames were painted."""
+    report.painted_frames = composite.painted_frames
+    if not report.painted_frames and report.frames_with_face:
+        report.why_unpainted = why_unpainted(
+            composite.look,
+            composite.faces,
+            report.turn_first,
+            composite.chosen_frames,
+            composite.numbers,
+        )
 
 
 def why_unpainted(

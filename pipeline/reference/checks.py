@@ -17,7 +17,7 @@ MIN_WIDTH_PX = 100  # of the face
 MAX_TURN_DEGREES = 40
 # A face narrower than this share of the largest face is a person in the background.
 BYSTANDER = 0.4
-# Least difference of a face's chroma from what its luma alone tells (8-bit codes, see _own_chroma).
+# Least difference of a face's chroma from what its luma alone gives (8-bit codes, see _own_chroma).
 # Of 974 photos that are not grey, the 17 toned ones have up to 3.0, the others from 3.7 on.
 TINT_CODES = 3.2
 # Least median of a face's brightest channel: below it, the camera's noise outweighs the signal. In

@@ -2,8 +2,8 @@
 
 A net sees shapes, such as a line along the lashes; colours beside plain skin separate makeup from
 the shade of a brow or a flush more steadily (logistic regression on labelled photos,
-training/worn/fit_colours.py). Both together are better than either. Lipstick is told by the lips
-alone, laid flat (flat_lips.py).
+training/worn/fit_colours.py). Both together are better than either. Lipstick is detected on the
+lips alone, laid flat (flat_lips.py).
 """
 
 from dataclasses import dataclass

@@ -23,8 +23,8 @@ _MOST_OPAQUE, _LEAST_OPAQUE = 0.8, 0.3
 _PALE_OPAQUE = 0.35  # a pale product is a sheer one: on darker skin it would look like chalk
 _CONTRAST = 0.35  # of roots between a product and skin, from which on it is as opaque as it can be
 _NEARLY = 0.92
-# In cells: what keeps a colour near that of skin. Where its cells hardly tell the colour, or other
-# products cover them, it would be an extreme one.
+# In cells: what keeps a colour near that of skin. Where its cells hardly determine the colour, or
+# other products cover them, it would be an extreme one.
 _STIFF = 1.0
 
 

@@ -47,8 +47,8 @@ _REDDENS, _ROSE = 0.12, np.array([-0.12, -0.55, -0.48])
 _TINT, _FAINTER, _LEAST_PATCH, _MOST_RED = 0.68, 0.6, 0.1, 0.45
 _DARK = -0.25  # by how much less light a dark blush leaves, as contours are
 _DARKENS = 0.35  # by how much less light it leaves for what it reddens
-# By how much more blue than green it leaves for what it reddens: more, where nothing tells it but
-# the cheek, and the least and the most.
+# By how much more blue than green it leaves for what it reddens: more, where only the cheek shows
+# it, and the least and the most.
 _COOLER, _ORANGE, _LILAC = 0.1, -0.8, 0.6
 _RUDDY = -0.4  # what blues less, and does not show beside plain skin, is no blush
 _LEAST_WEIGHT = 0.5  # about ten nodes of skin

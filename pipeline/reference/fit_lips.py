@@ -2,8 +2,8 @@
 
 The net that reads lipstick was trained on painted faces. In real photos its colours are paler and
 greyer than those on the lips, and its gloss is chance; of the net's numbers only the roughness of
-the gloss is kept, and a little of the reflection. How glossy lips are is told by their highlights,
-and whether the lipstick fades towards the border, or has a darker rim, by the lips laid flat.
+the gloss is kept, and a little of the reflection. The highlights give the gloss, and the flattened
+lips show whether the lipstick fades towards the border or has a darker rim.
 """
 
 from dataclasses import replace

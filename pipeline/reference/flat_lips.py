@@ -3,7 +3,8 @@
 A column is a place along the lips, a row a share of a lip's height: of the upper lip from the skin
 above to the opening, then of the lower lip from the opening to the skin below. So colours, borders
 and evenness of different mouths may be compared cell by cell, and a logistic model of them
-(training/worn/fit_colours.py) tells lipstick from a flush better than one colour of all the lips.
+(training/worn/fit_colours.py) distinguishes lipstick from a flush better than one colour of all
+the lips does.
 """
 
 from dataclasses import dataclass
@@ -42,7 +43,9 @@ _BORDERS = (slice(1, 8), slice(16, 23))  # rows about the upper and the lower bo
 _OUTER, _INNER, _MIDDLE_COLUMNS = slice(5, 7), slice(8, 11), slice(4, 12)
 # Bare lips there, as training/worn/bare_skin.py measures.
 _BARE_BANDS = np.array([[0.769, 0.663, 0.709], [0.754, 0.607, 0.690]])
-_LEAST_TINT, _LEAST_FILM = 0.2, 0.08  # how far from bare lips lipstick is of which half is told
+# Distances between lipstick and bare lips, of their tints and of their roots, at which half of the
+# lipstick's fade is trusted.
+_LEAST_TINT, _LEAST_FILM = 0.2, 0.08
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +103,7 @@ class FlatLips:
 def _less(off: np.ndarray, least: float) -> float:
     """By which share lipstick is less near the border than further in: 1 where it is none.
 
-    off: (2, N) what sets both apart from bare lips.  least: what tells half of it.
+    off: (2, N) what sets both apart from bare lips.  least: the distance at which half counts.
     """
     outer, inner = off
     return float(inner @ (inner - outer) / (inner @ inner + least * least))

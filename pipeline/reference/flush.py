@@ -1,6 +1,6 @@
 """Finds a blush by the cheek around it: where the cheek is redder than it would be without.
 
-The skin of the forehead and the nose tells little of a soft blush: in strong or tinted light the
+The skin of the forehead and the nose says little of a soft blush: in strong or tinted light the
 whole cheek is paler or yellower than they are. A blush is a patch. What changes evenly over the
 cheeks, or from one side to the other, is light; how much it does is known from bare faces.
 """
@@ -29,7 +29,7 @@ _MIDDLE = 0.5, 0.4  # across, down: from where light is counted
 # across, down, from side to side, and that across and down, then the curvatures. The first is that
 # of bare cheeks; most others are less than theirs, or a broad blush would be taken for light.
 _LIGHT = np.array([0.13, 0.2, 0.15, 0.15, 0.15, 0.1, 0.6, 0.4, 0.4])
-_NOISE, _NODES = 0.05, 12.0  # of a node, and how many nodes tell as much as all of them
+_NOISE, _NODES = 0.05, 12.0  # of a node, and how many nodes say as much as all of them
 _DARKEST = 0.03  # least root
 _LEAST_RED, _PINK = 0.03, 0.8  # a blush that blues is as red as that share of it at least
 _OLIVE = 0.9  # less red than this for what it yellows would be a shade

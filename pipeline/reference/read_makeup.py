@@ -21,8 +21,8 @@ from makeup_video.pipeline.render.scene import SceneLight
 _MOST_ODDS = 15.0
 # By kind: the scales of the net's and of the colours' log-odds, and the shift, as
 # training/worn/evaluate.py prints them. For lipstick the ratio of the scales is given to it
-# (`--ratio lips 0.8`): nearly all photos of makeup show lipstick, and free scales would tell those
-# photos from others.
+# (`--ratio lips 0.8`): nearly all photos of makeup show lipstick, and free scales would learn
+# to distinguish those photos from others.
 _CALIBRATION: Mapping[str, tuple[float, float, float]] = {
     "lipstick": (0.364, 0.455, -2.037),
     "eyeshadow": (1.137, 0.487, -0.718),
@@ -38,8 +38,8 @@ _SEEN_BY_NET, _LACKING_RED, _FOR_LACKING = 1.0, -2.0, 2.0
 _FURTHEST_BARE, _FOR_UNLIKE = 4.0, 1.4
 # Kinds that are hardly ever worn alone: what each other kind adds to their log-odds where it is
 # certain, the power of its probability of which it adds that much otherwise, and the shift without
-# company. Fitted on the same photos. Sure eyeshadow tells a lipstick as pale as bare lips; eyes
-# that may be made up say nothing about lips.
+# company. Fitted on the same photos. Certain eyeshadow is evidence for a lipstick as pale as bare
+# lips; eyes that may be made up say nothing about lips.
 _COMPANY: Mapping[str, tuple[Mapping[str, float], float, float]] = {
     "lipstick": ({"eyeshadow": 4.0}, 8.0, 0.0),
     "eyeshadow": ({"lipstick": 3.0, "blush": 3.0}, 0.5, -2.32),

@@ -18,11 +18,11 @@ from makeup_video.pipeline.reference.product_film import ProductFilm
 # Roots of bare eyes as shares of those measured: photos of makeup have more light there than most
 # faces on which a look is painted.
 _DEEPER = 0.95
-# By how much more a layer of one shape hides, and shows of its own colour, than products do that
-# lie all around the eye: least squares over bare faces painted in random colours.
+# How much more skin a layer of one shape hides, and how much more of its own colour it shows, than
+# a product all around the eye: least squares over bare faces painted in random colours.
 _HIDES, _SHOWS = 1.13, 1.18
-# A product that is lighter than skin by more than this, in roots, is pale, unless it is vivid: its
-# least root lies so far below that of skin.
+# A product that is lighter than skin by more than this, in roots, counts as pale, unless it is
+# vivid: then its least root lies this far below that of skin.
 LIGHTER, VIVID = 0.03, 0.15
 # Where eyeshadow may lie: across from the inner corner outwards, and by height from below the eye
 # to the brow; at each end, where half of what is seen may be makeup, and over how far it fades.

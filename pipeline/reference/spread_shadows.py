@@ -7,8 +7,8 @@ which the share e of each colour shows, with the film's response r and cover c,
 
     seen = bare + sum(e (r root - c bare)).
 
-Hair and shade stand beside makeup. They are told apart by where they lie: makeup ends around the
-eye, and is no denser further out than further in.
+Hair and shade stand beside makeup. Their places distinguish them: makeup ends around the eye, and
+is no denser further out than further in.
 """
 
 import math

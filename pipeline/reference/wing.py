@@ -26,7 +26,7 @@ _SURE_FROM = 2.0  # from here on what is dark beside the corner is the wing, not
 
 @dataclass(frozen=True, slots=True)
 class Wing:
-    """The dials of eyeliner that tell of its wing: length in widths of the eye, and degrees.
+    """The dials of eyeliner that describe its wing: length in widths of the eye, and degrees.
 
     is_sure: a wing that cannot be smoke.
     """

@@ -42,7 +42,7 @@ _EVERY = 8  # px between samples of the patch along each side; its logits are sm
 _MOST_OFF = 0.08
 _SAME_PX = 0.01  # a crop less off than this counts as the track's crop: no interpolation
 # Once in a slot of this length the crop of a frame becomes the track's, so that it does not depend
-# on where a run begins in the film.
+# on where a run begins in the video.
 _CROP_SECONDS = 0.5
 
 
@@ -50,7 +50,7 @@ def _to_factor() -> np.ndarray:
     """Weights of the stable points, about their mean, whose sum is the scale and turn of a face.
 
     Those of the mean face, and not of a track's first face: so the same frames give the same
-    readings, wherever a run begins in the film.
+    readings, wherever a run begins in the video.
     """
     stable = as_complex(read_array("mean_face.npy").astype(np.float64)[STABLE])
     stable -= stable.mean()
@@ -66,7 +66,8 @@ class Readings:
     coordinates, those of the lips from the mean of the lips, then z of all points.
     pose: (N, 6) float64, x, y, log scale and turn of those coordinates, x and y of the mean of the
     lips. That mean stands apart because the lips are found in every frame, and without the errors
-    of the points that tell the pose: within the face it would have them, the other way round.
+    of the points that give the pose: in the face's coordinates it would carry them with the
+    opposite sign.
     patches: (N, H, W) float32, the logits in the track's crop.
     spans: (N,) float64, the widths of the crops that the logits were read from, in IOD.
     keys: (N, K) float64, what moments are compared by.
@@ -111,7 +112,7 @@ class FaceSpace:
         self._shares = np.eye(len(PARTS))[parts] / self.key_counts  # (K, parts)
 
     def split(self, face: Face, readings: Readings, index: int, seconds: float) -> None:
-        """Write the face, of that time of the film, to `index` of readings of the same track."""
+        """Write the face, of that time of the video, to `index` of readings of the same track."""
         points = as_complex(face.points_px)
         stable = points.take(STABLE)
         middle = complex(stable.sum()) / len(STABLE)
@@ -161,7 +162,7 @@ class FaceSpace:
         ends = len(_KEYS), len(_KEYS) + len(PART_OF_POSE)
         keys[ends[0] : ends[1]] = readings.pose[index]
         sample = readings.patches[index, ::_EVERY, ::_EVERY].ravel()
-        # Cheaper than the logistic function, and as good at telling patches apart.
+        # Cheaper than the logistic function, and as good at distinguishing patches.
         keys[ends[1] :] = sample / (1 + np.abs(sample))
         off = readings.keys - keys
         # shifts count by the size that the face has now, not by that of the track's first face

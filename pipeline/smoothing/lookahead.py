@@ -1,4 +1,4 @@
-"""Smooths faces with frames ahead, for files: a still face in a noisy film does not shimmer.
+"""Smooths faces with frames ahead, for files: a still face in a noisy video does not shimmer.
 
 Time is that of the frames (pts * time_base), never a count of frames. The pose and each part of
 the shape are smoothed apart, and only as far as differences look like noise.

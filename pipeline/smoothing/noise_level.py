@@ -45,7 +45,7 @@ class NoiseLevel:
         """Estimate the noise of the last moments.
 
         apart: (parts, N, N), see Readings. indices, seconds: of the last moments, all different;
-        seconds of the film.
+        seconds of the video.
         """
         # A new estimate shares four moments of five with the one before, so one in a slot is enough
         # once there are some.

@@ -26,7 +26,7 @@ class List:
     def __init__(self, name="list", waiting=1, gate=None, error=None):
         self.name, self.waiting = name, waiting
         self.gate, self.error = gate, error
-        self.pictures, self.finished = [], None
+        self.pictures, self.is_finished = [], False
 
     @property
     def sent(self):
@@ -39,8 +39,8 @@ class List:
             raise self.error
         self.pictures.append(picture)
 
-    def finish(self, stopped):
-        self.finished = "stopped" if stopped else "done"
+    def finish(self):
+        self.is_finished = True
 
 
 class Frames:

@@ -14,7 +14,7 @@ from makeup_video.pipeline.reference.estimate import Estimate
 from makeup_video.pipeline.reference.read_makeup import WORN_FROM
 from makeup_video.web.server import Server
 from makeup_video.web.session import HEAD, PhotoLook, ShownPicture
-from makeup_video.web.worker import Worker
+from makeup_video.web.slow_jobs import SlowJobs
 from tls_socket import open_tls
 from websockets.sync.client import connect
 
@@ -109,10 +109,10 @@ class StandIn:
 
 
 @contextmanager
-def serving(show, worker=None, **options) -> Generator[str, None, None]:
+def serving(show, slow_jobs=None, **options) -> Generator[str, None, None]:
     """The page's address, without the final slash."""
     log = options.pop("log", [])
-    server = Server(show, worker or Worker(), log=log.append, **options)
+    server = Server(show, slow_jobs or SlowJobs(), log=log.append, **options)
     try:
         yield server.start().rstrip("/")
     finally:

@@ -29,7 +29,7 @@ def run(src, dst, during, overwrite=False):
         during()
         return frame
 
-    return run_stages(src, dst, lambda _: [("during", stage)], Settings(overwrite=overwrite))
+    return run_stages(src, dst, lambda _: [("during", stage)], Settings(overwrite=overwrite), None)
 
 
 def make_recording(folder, name, during=lambda: None, *, overwrite=False):
@@ -37,7 +37,7 @@ def make_recording(folder, name, during=lambda: None, *, overwrite=False):
     for index in range(3):
         recording(LivePicture(door(picture(index, 96, 64), 5.0 + index / 25)))
     during()
-    recording.finish(stopped=True)
+    recording.finish()
 
 
 def make_report(folder, name, during=lambda: None, *, overwrite=False):

@@ -111,7 +111,7 @@ def test_the_section_has_a_row_for_each_kind_and_zone():
     text = section(worn, worn, [worn], Transfer([see(PICTURE, face)] * 3))
     for name in (*LABELS.values(), *ZONES):
         assert f"| {name} |" in text
-    assert "33%" in text and BEGIN not in text and END not in text
+    assert "33 %" in text and BEGIN not in text and END not in text
 
 
 def test_packed_faces_have_all_that_is_read_later(tmp_path):

@@ -161,7 +161,7 @@ def measure_stillness(nets: FaceNets) -> None:
 
 
 def film_frame(bgr8: np.ndarray, at: int) -> Frame:
-    """Frame `at` of a film at 30 fps, as cameras store it: 4:2:0, BT.709, limited range."""
+    """Frame `at` of a video at 30 fps, as cameras store it: 4:2:0, BT.709, limited range."""
     picture = av.VideoFrame.from_ndarray(bgr8, format="bgr24").reformat(
         format="yuv420p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.MPEG
     )

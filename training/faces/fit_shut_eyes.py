@@ -1,4 +1,4 @@
-"""Fits the model that tells shut eyes from narrow ones (pipeline/faces/shut_eyes.py).
+"""Fits the model that distinguishes shut eyes from narrow ones (pipeline/faces/shut_eyes.py).
 
     python -m makeup_video.training.faces.fit_shut_eyes --faces DIR --out pipeline/weights
 
@@ -66,7 +66,7 @@ def main() -> None:
         scores[held] = numbers[held] @ weights[:-1] + weights[-1]
     right, area = ((scores > 0) == shut).mean(), area_under_curve(scores, shut)
     print(f"{len(shut)} eyes, {shut.sum()} shut; area under the ROC curve {area:.3f}")
-    print(f"told right: {right:.0%}; both held out")
+    print(f"right: {right:.0%}; both held out")
     np.save(options.out / "shut_eyes.npy", fit(numbers, shut, RIDGE).astype(np.float32))
     list_hashes(options.out)
 

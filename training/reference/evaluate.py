@@ -4,7 +4,7 @@
         --shades lip_shades.csv
 
 The look that a net estimates and the true look are painted on another bare person and compared
-there. So is what the whole product reads, which is not told what is worn, and where.
+there. So is what the whole product reads, to which the worn kinds and their places are not given.
 docs/make/make_results.py measures everything and writes it to docs/results.md.
 """
 
@@ -165,7 +165,7 @@ def _read(seen: Seen | None, nets: Mapping[str, Net], look: Look) -> Look:
 def read_by_product(one: Triplet) -> Look:
     """The look that the product reads from the photo, of the regions that wear something.
 
-    Unlike the nets it is not told that they are made up, nor where eyeshadow goes.
+    Unlike the nets, it has to detect that they are made up, and where eyeshadow lies.
     """
     try:
         found = estimate(one.photo).look

@@ -35,7 +35,7 @@ def load(path: Path) -> tuple[str, ReferenceNet]:
 
 @torch.no_grad()
 def targets_of(module: Exported, region: str) -> list[list[float]]:
-    """Targets (16, 7) that PyTorch computes of the fixed crops."""
+    """Return the targets (16, 7) that PyTorch computes from the fixed crops."""
     return module(torch.from_numpy(fixed_crops(region))).round(decimals=5).tolist()
 
 

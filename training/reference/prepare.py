@@ -4,7 +4,7 @@
 
 DIR holds pictures and labels.npz with their names and, where there are several, sources. Painting
 the packed portraits needs no net. Many people in portraits wear makeup, and those are not painted:
-DIR/worn.csv tells which lips and eyes are bare, as of worn/prepare.py. Without that table the
+DIR/worn.csv lists which lips and eyes are bare, as of worn/prepare.py. Without that table the
 colour of lips and lids is predicted from that of the skin, and the portraits furthest from the
 prediction are taken for made up.
 """
@@ -155,7 +155,7 @@ def pack(
 ) -> dict[str, np.ndarray]:
     """One array per column; the pictures are one array of the bytes of their files.
 
-    labelled: by region, (N,) whether it is bare; None: as its colours tell.
+    labelled: by region, (N,) whether it is bare; None: by its colours.
     """
     packed = {
         key: np.stack([entry[key] for entry in found]) for key in found[0] if key != "picture"

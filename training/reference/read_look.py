@@ -118,7 +118,7 @@ def see(rgb8: np.ndarray) -> Seen | None:
 
 
 def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
-    """The look as the nets tell it."""
+    """Return the look as the nets read it."""
     regions = nets.keys() & seen.crops.keys()
     numbers = {region: read_numbers(nets[region], seen.crops[region]) for region in regions}
     return look_with(numbers, zone)
@@ -133,7 +133,7 @@ def look_with(numbers: Mapping[str, np.ndarray], zone: str) -> Look:
 def paper_look(rgb8: np.ndarray, nets: Mapping[str, Net], zone: str = "lid") -> Look | None:
     """The look of a photo's largest face as the paper reads it: by these nets alone.
 
-    rgb8: (H, W, 3) uint8, sRGB. nets: see nets_of. zone: of the eyeshadow, which no net tells. None
+    rgb8: (H, W, 3) uint8, sRGB. nets: see nets_of. zone: of the eyeshadow, which no net reads. None
     when there is no face. The product's own reading is pipeline/reference/estimate.py.
     """
     seen = see(rgb8)

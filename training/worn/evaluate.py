@@ -1,4 +1,4 @@
-"""Measures on real faces how well is read what is worn, and fits the calibration.
+"""Measures on real faces how well the product detects which makeup is worn; fits the calibration.
 
     python -m makeup_video.training.worn.evaluate runs/makeup.onnx runs/check.npz runs/looks.npz
 

@@ -34,7 +34,7 @@ _LONGEST_PX = 700
 _ODD = UNUSABLE | {"p"}  # flags: face paint, in square pixels, as well
 _SHEET_PX = 300
 _BINS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
-_ALARMS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3)  # where the ROC curves are told
+_ALARMS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3)  # rates at which the page gives the ROC curves
 
 
 @dataclass
@@ -144,10 +144,10 @@ def section(
         one, threshold = labelled[name], WORN_FROM[kind]
         bare, clear = one.shares(threshold)
         others = plain[name].shares(threshold)[0]
-        alarms = f"{one.alarms_at(0.9):.0%}" if len(one.clear) > 1 else "too few"
+        alarms = _percent(one.alarms_at(0.9)) if len(one.clear) > 1 else "too few"
         rows.append([
-            kind, f"{len(one.bare)}", f"{bare:.0%}", f"{len(one.clear)}", f"{clear:.0%}",
-            f"{others:.0%}", f"{one.area():.3f}", alarms,
+            kind, f"{len(one.bare)}", _percent(bare), f"{len(one.clear)}", _percent(clear),
+            _percent(others), f"{one.area():.3f}", alarms,
         ])  # fmt: skip
     head = ["kind", "bare", "read as worn", "clear", "read as worn", "other bare faces",
             "area under ROC", "false alarms at 90 % found"]  # fmt: skip
@@ -168,7 +168,7 @@ def section(
         for name in LABELS
     }
     roc = [
-        [kind, *(f"{everyone[name].found_at(alarms):.0%}" for alarms in _ALARMS)]
+        [kind, *(_percent(everyone[name].found_at(alarms)) for alarms in _ALARMS)]
         for name, kind in LABELS.items()
     ]
     curves = [
@@ -178,11 +178,11 @@ def section(
         ]
         for name, kind in LABELS.items()
     ]
-    bins = [f"{low:.0%} to {high:.0%}" for low, high in pairwise(_BINS)]
+    bins = [f"{_percent(low)} to {_percent(high)}" for low, high in pairwise(_BINS)]
     return _PAGE.format(
         worn=_table(head, rows),
         zones=_table(["zone", "photos", "comes across", "a perfect transfer"], zones),
-        roc=_table(["kind", *(f"{alarms:.0%}" for alarms in _ALARMS)], roc),
+        roc=_table(["kind", *(_percent(alarms) for alarms in _ALARMS)], roc),
         curves=_table(["kind", *bins], curves),
     )
 
@@ -193,7 +193,11 @@ def _reliability(one: Worn, low: float, high: float) -> str:
         int(((np.array(each) >= low) & (np.array(each) < high + (high == 1))).sum())
         for each in (one.bare, one.clear)
     )
-    return f"{clear / (bare + clear):.0%} of {bare + clear}" if bare + clear else "none"
+    return f"{_percent(clear / (bare + clear))} of {bare + clear}" if bare + clear else "none"
+
+
+def _percent(share: float) -> str:
+    return f"{share:.0%}".replace("%", " %")
 
 
 def _table(head: list[str], rows: list[list[str]]) -> str:

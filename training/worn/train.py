@@ -6,7 +6,7 @@
 Light, colour, sharpness and noise vary as in photos. One fold of the real faces of a set is held
 out, with what was painted on them: neighbours in a set are often the same person. Beside the net
 lie its log-odds of all faces (OUT.npy). Given those of one net for each fold (--teachers), a net
-learns what they tell of faces that they were not trained on, beside the labels: labels of one look
+learns their answers for faces that they were not trained on, beside the labels: labels of one look
 are sometimes wrong, and faces without labels teach as well.
 """
 
@@ -29,7 +29,7 @@ FOLDS = 10  # by default, of which the last is held out
 RATE, WARM_UP, CLIP, DECAY, AVERAGE = 2e-3, 200, 5.0, 2e-2, 0.998
 PAINTED_SHARE = 0.4  # of a batch: faces that wear drawn looks
 UNLABELLED_SHARE = 0.3  # of a batch: faces without labels, where there are teachers
-TAUGHT = 0.8  # of the target of a known label: what the teachers tell
+TAUGHT = 0.8  # of the target of a known label: what the teachers answer
 ALIKE = 40  # pictures that are made coarser alike
 SMOOTH = 0.05  # of labels: some are wrong
 NUMBERS = 8.0  # weight of the numbers' squared error beside the labels' entropy

@@ -11,7 +11,7 @@ from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.files.output_file import (
     OutputFile,
     check_place,
-    part_of,
+    part_path,
     target_of,
     write_errors,
 )
@@ -66,7 +66,7 @@ class Recording:
         self._convert = ConvertPixelFormat(self._codec)
         check_place(os.fspath(path), source, overwrite=overwrite)
         self._path, self._source, self._overwrite = Path(path), source, overwrite
-        self._part = part_of(target_of(self._path))
+        self._part = part_path(target_of(self._path))
         # made with the first picture: a run without pictures leaves no file
         self._target: OutputFile | None = None
         self._container: Any = None
@@ -103,7 +103,7 @@ class Recording:
         tags = ColourTags.of(converted)
         return Frame(converted, frame.pts, frame.time_base, tags, frame.rotation_degrees)
 
-    def finish(self, stopped: bool) -> None:
+    def finish(self) -> None:
         """Flush the encoder, close the file and rename it. Without any picture there is no file."""
         if self._sound is not None:
             self._sound.close()

@@ -83,7 +83,7 @@ class SoundEncoder:
 
 
 def sound_in_words(tap: SoundTap | None, encoder: SoundEncoder | None) -> str:
-    """What the closing line says of an output's sound: whose, and how much is missing."""
+    """The words of the last line about an output's audio: its source, and how much is missing."""
     if tap is None:
         return ", without audio"
     missing = encoder.silent_seconds if encoder is not None else 0.0

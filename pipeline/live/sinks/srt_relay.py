@@ -1,6 +1,7 @@
 """Sends MPEG-TS through an ffmpeg program that supports SRT, which PyAV's FFmpeg does not."""
 
 import contextlib
+import errno
 import os
 import select
 import shutil
@@ -38,7 +39,7 @@ class SrtRelay:
         rest = memoryview(data)
         while rest:
             if self._waits and not select.select([], [self._pipe], [], float(TIMEOUT_SECONDS))[1]:
-                raise TimeoutError(110, "the relay takes no more data")
+                raise TimeoutError(errno.ETIMEDOUT, "the relay takes no more data")
             with contextlib.suppress(BlockingIOError):
                 rest = rest[os.write(self._pipe, rest) :]
         return len(data)

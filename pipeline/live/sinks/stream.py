@@ -9,6 +9,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import av
+from av.video.frame import PictureType
 from makeup_video.pipeline.errors import EncodeError, OutputError, UsageError, option
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.transform import copied, upright
@@ -114,7 +115,7 @@ class Stream:
             self.notice = ""
             self._log(f"{self.name}: sending")
 
-    def finish(self, stopped: bool) -> None:
+    def finish(self) -> None:
         """Raises OutputError when no picture could be sent in the whole run."""
         was_open = self._connection is not None
         self._hang_up()
@@ -226,7 +227,7 @@ class _Connection:
             self._key_at = frame.pts + _KEY_SECONDS * LIVE_TIME_BASE.denominator
             if picture is frame.picture:
                 picture = copied(picture)  # the other sinks use the same picture
-            picture.pict_type = 1
+            picture.pict_type = PictureType.I
         for packet in self._encoder(picture):
             self._container.mux_one(packet)
         if self._sound is not None:

@@ -62,11 +62,11 @@ class VirtualCamera:
         try:
             self._camera.send(self._codes)
         except (RuntimeError, OSError, ValueError) as error:
-            self.finish(stopped=True)
+            self.finish()
             raise OutputError(f"{self.name} no longer takes frames: {_one_line(error)}") from error
         self.sent += 1
 
-    def finish(self, stopped: bool) -> None:
+    def finish(self) -> None:
         if self._camera is not None:
             self._camera.close()
             self._camera = None

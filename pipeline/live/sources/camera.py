@@ -2,18 +2,15 @@
 
 import re
 import sys
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 
 from makeup_video.pipeline.errors import InputError, UsageError, option
 from makeup_video.pipeline.files.local_file import local_file
-from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.live.sources.device import CameraRequest, DeviceCamera
 from makeup_video.pipeline.live.sources.file import FileCamera
-from makeup_video.pipeline.live.sources.file_sound import FileSound, has_sound
 from makeup_video.pipeline.media.input_file import open_video
 
 PIXELS = ("mjpeg", "yuyv422")
@@ -54,64 +51,20 @@ class CameraSettings:
             raise UsageError("the name of the camera is empty: give a device or a video file")
 
 
-class Camera:
-    """A camera or a file, opened at once. `frames` yields its frames with their times of arrival.
+def open_source(settings: CameraSettings, log: Callable[[str], None]) -> DeviceCamera | FileCamera:
+    """Open a camera or a file, whose `frames` come with their times of arrival.
 
-    path: the file; None for a device.
-    Raises InputError or DecodeError, one line, when it cannot be opened.
+    log: see DeviceCamera.  Raises InputError or DecodeError, one line, when it cannot be opened.
     """
-
-    def __init__(self, settings: CameraSettings, log: Callable[[str], None]) -> None:
-        self.path = _file_of(settings.name)
-        self._source: DeviceCamera | FileCamera
-        if self.path is not None:
-            self._source = FileCamera(open_video(self.path), loop=settings.loop)
-        else:
-            request = CameraRequest(settings.size, settings.rate, settings.pixels)
-            self._source = DeviceCamera(_device_of(settings.name), request, log)
-
-    def frames(self) -> Generator[Frame, None, None]:
-        """Yield each frame when it arrives, until the file ends or `close` is called. Call once."""
-        return self._source.frames()
-
-    def close(self) -> None:
-        """End `frames`, even while it waits; from another thread."""
-        self._source.close()
-
-    def file_sound(self) -> FileSound | None:
-        """The sound of the file, in step with its pictures; None for a device, or without sound."""
-        if self.path is None or not isinstance(self._source, FileCamera):
-            return None
-        return FileSound(self.path, self._source) if has_sound(self.path) else None
-
-    @property
-    def name(self) -> str:
-        """What messages call the source."""
-        return self._source.name
-
-    @property
-    def rate(self) -> Fraction:
-        """Frames per second, as far as the source declares a rate."""
-        return self._source.rate
-
-    @property
-    def notice(self) -> str:
-        """What the user should know now, such as an unplugged camera; "" when all is well."""
-        return self._source.notice
-
-    @property
-    def dropped(self) -> int:
-        """Number of frames that arrived and were never handed out: old, or late."""
-        return self._source.dropped
-
-    @property
-    def damaged(self) -> int:
-        """Number of packets that could not be decoded."""
-        return self._source.damaged
+    path = _file_of(settings.name)
+    if path is not None:
+        return FileCamera(open_video(path), loop=settings.loop)
+    request = CameraRequest(settings.size, settings.rate, settings.pixels)
+    return DeviceCamera(_device_of(settings.name), request, log)
 
 
 def _device_of(name: str | None) -> str | None:
-    is_number = name is not None and name.isdecimal() and sys.platform.startswith("linux")
+    is_number = name is not None and name.isdecimal() and sys.platform == "linux"
     return f"/dev/video{name}" if is_number else name
 
 
@@ -135,7 +88,7 @@ def _file_of(name: str | None) -> Path | None:
 
 
 def _is_device(path: Path) -> bool:
-    if sys.platform.startswith("linux"):
+    if sys.platform == "linux":
         may_be = str(path).isdecimal() or path.is_char_device() or path.is_relative_to("/dev")
     else:
         may_be = not path.exists()  # these systems give cameras names, not paths

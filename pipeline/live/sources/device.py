@@ -13,8 +13,9 @@ from typing import Any
 import av
 from makeup_video.pipeline.errors import InputError, MakeupVideoError, option
 from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.live.sources.file_sound import FileSound
 from makeup_video.pipeline.live.sources.freshness import Freshness
-from makeup_video.pipeline.live.sources.input_devices import input_devices, packets_of
+from makeup_video.pipeline.live.sources.input_devices import device_packets, input_devices
 from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 
 _SYSTEMS = {"linux": "v4l2", "darwin": "avfoundation", "win32": "dshow"}
@@ -44,9 +45,9 @@ def open_camera(name: str, system: str, options: dict[str, str]) -> Any:
     return av.open(name, format=system, container_options=options)
 
 
-def devices_found() -> list[str]:
+def cameras_found() -> list[str]:
     """List the cameras of the system by the names that `open_camera` takes."""
-    if sys.platform.startswith("linux"):
+    if sys.platform == "linux":
         paths = [path for path in Path("/dev").glob("video*") if path.name[5:].isdecimal()]
         return [str(path) for path in sorted(paths, key=lambda path: int(path.name[5:]))]
     if sys.platform == "darwin":
@@ -55,8 +56,8 @@ def devices_found() -> list[str]:
 
 
 def cameras_by_name() -> dict[str, str]:
-    """The cameras as `devices_found` names them, with what the system calls them."""
-    return {name: _called(name) for name in devices_found()}
+    """The cameras as `cameras_found` names them, with what the system calls them."""
+    return {name: _called(name) for name in cameras_found()}
 
 
 def _called(camera: str) -> str:
@@ -99,9 +100,13 @@ class DeviceCamera:
     dropped: number of pictures that were old when they were read, or that were never fetched,
     counted from the call of `frames` on.
     damaged: number of packets that could not be decoded.
+    rate: frames per second, as far as the camera declares a rate.
     notice: what the user should know now, "" when all is well.
+    path: None, since no file is played.
     Raises InputError when there is no such camera.
     """
+
+    path: Path | None = None
 
     def __init__(
         self, name: str | None, request: CameraRequest, log: Callable[[str], None]
@@ -130,6 +135,10 @@ class DeviceCamera:
         with self._news:
             self._news.notify_all()
         self._thread.join(_RETRY_SECONDS)  # a read that hangs stays behind on its daemon thread
+
+    def file_sound(self) -> FileSound | None:
+        """None: a device has no sound of its own."""
+        return None
 
     def frames(self) -> Generator[Frame, None, None]:
         """Yield the newest frame each time, until `close`. Raises the reading thread's error."""
@@ -220,7 +229,7 @@ class DeviceCamera:
     def _packets(self, container: Any, video: Any) -> Generator[Any, None, None]:
         while not self._closing.is_set():
             try:
-                yield from packets_of(container, video, self._closing.is_set)
+                yield from device_packets(container, video, self._closing.is_set)
                 return
             except av.InvalidDataError:
                 self.damaged += 1  # V4L2: an incomplete picture
@@ -270,7 +279,7 @@ class DeviceCamera:
     # -- opening -------------------------------------------------------------------------------
 
     def _open(self) -> Any:
-        names = [self._requested_name] if self._requested_name else devices_found()
+        names = [self._requested_name] if self._requested_name else cameras_found()
         reason = "none was found"
         for name in names:
             for options in attempts(self._request, _system()):
@@ -316,11 +325,11 @@ class _NoCamera:
 
 def _system() -> str:
     """Return FFmpeg's name for the camera interface of this system."""
-    return _SYSTEMS.get("linux" if sys.platform.startswith("linux") else sys.platform, "v4l2")
+    return _SYSTEMS.get(sys.platform, "v4l2")
 
 
 def _no_camera(name: str | None, reason: str) -> str:
-    names, video = devices_found(), f"or play a video with {option('camera', 'FILE')}"
+    names, video = cameras_found(), f"or play a video with {option('camera', 'FILE')}"
     if not names:
         tried = f"the camera {name} cannot be opened ({reason}), and " if name else ""
         return f"{tried}no camera was found on this machine: plug one in, {video}"

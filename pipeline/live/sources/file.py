@@ -9,6 +9,7 @@ import av
 from makeup_video.pipeline.engine.machine import cores
 from makeup_video.pipeline.errors import DecodeError
 from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.live.sources.file_sound import FileSound, has_sound
 from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 from makeup_video.pipeline.media.input_file import VideoSource, open_video, packets_of
 
@@ -66,6 +67,7 @@ class FileCamera:
 
     dropped: number of frames left out because decoding was late.
     damaged: number of packets that could not be decoded.
+    rate: frames per second, as far as the file declares a rate.
     turn, zero_seconds: where the file stands, for its sound; see file_sound.Playing.
     Raises InputError or DecodeError when the file cannot be played.
     """
@@ -73,7 +75,7 @@ class FileCamera:
     def __init__(self, source: VideoSource, *, loop: bool) -> None:
         self._source, self._loop = source, loop
         self.rate = source.rate
-        self.name = source.path.name
+        self.path, self.name = source.path, source.path.name
         self.dropped = self.damaged = self.turn = 0
         self.zero_seconds: float | None = None
         self.notice = ""
@@ -86,6 +88,10 @@ class FileCamera:
 
     def close(self) -> None:
         self._closing.set()
+
+    def file_sound(self) -> FileSound | None:
+        """The sound of the file, in step with its pictures; None without sound."""
+        return FileSound(self.path, self) if has_sound(self.path) else None
 
     def frames(self) -> Generator[Frame, None, None]:
         """Yield frames. Raises DecodeError when no frame can be decoded, or one not converted."""

@@ -10,7 +10,7 @@ from av.device import enumerate_input_devices
 _NOT_YET_SECONDS = 0.002
 
 
-def packets_of(
+def device_packets(
     container: Any, stream: Any, is_closing: Callable[[], bool]
 ) -> Generator[Any, None, None]:
     """Yield the packets of a device's stream, until it ends or is_closing().

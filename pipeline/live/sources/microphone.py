@@ -12,7 +12,7 @@ import av
 import numpy as np
 from makeup_video.pipeline.errors import InputError
 from makeup_video.pipeline.live.sound import RATE, SoundBlock
-from makeup_video.pipeline.live.sources.input_devices import input_devices, packets_of
+from makeup_video.pipeline.live.sources.input_devices import device_packets, input_devices
 
 _SYSTEMS = {"linux": "alsa", "darwin": "avfoundation", "win32": "dshow"}
 _ALSA_CONFIG = Path("/usr/share/alsa/alsa.conf")
@@ -66,7 +66,7 @@ class Microphone:
         layout = "mono" if self.channels == 1 else "stereo"
         resampler = av.AudioResampler("fltp", layout, RATE)
         stream = self._container.streams.audio[0]
-        for packet in packets_of(self._container, stream, lambda: self._is_closing):
+        for packet in device_packets(self._container, stream, lambda: self._is_closing):
             now = time.monotonic()
             pieces = [
                 resampled.to_ndarray()
@@ -147,4 +147,4 @@ def _alsa_microphones() -> list[tuple[str, str]]:
 
 def _system() -> str:
     """FFmpeg's name for the sound interface of this system."""
-    return _SYSTEMS.get("linux" if sys.platform.startswith("linux") else sys.platform, "alsa")
+    return _SYSTEMS.get(sys.platform, "alsa")

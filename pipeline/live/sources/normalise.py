@@ -3,6 +3,7 @@
 from fractions import Fraction
 
 import av
+from av.video.frame import PictureType
 from av.video.reformatter import ColorRange
 from makeup_video.pipeline.errors import DecodeError
 from makeup_video.pipeline.frames.colour_tags import FULL_RANGE, ColourTags
@@ -16,6 +17,8 @@ from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 # One layout for every sink: browsers, players, receivers and programs that read cameras take 4:2:0,
 # and converting once here costs less than once per sink. Matrix and range stay as they are.
 _LIVE = PLAYS_EVERYWHERE._replace(name="live", pix_fmts=("yuv420p",))
+# The defaults of the USB Video Class, of which a camera's JPEGs have their own range.
+_USB_VIDEO = ColourTags(matrix=6, range=1, transfer=1, primaries=1)
 # DV, HDV and anamorphic film have 8:15 to 2; values beyond these limits are errors
 _ASPECTS = Fraction(1, 4), Fraction(4)
 # MP4 and MPEG-TS count in 1/90000 s, and take no two pictures of one time. A picture that was read
@@ -57,13 +60,14 @@ class NormaliseCamera:
         turned = turn_of(picture)
         picture = squared(self._converted(picture), self._aspect)
         if self._is_device:
-            _fill_in_tags(picture)
+            _USB_VIDEO.complete(picture)
         picture = self._like_the_first(picture)
         self._last_us = max(
             self._last_us + _LEAST_STEP_US, int(arrived_seconds * LIVE_TIME_BASE.denominator)
         )
         picture.pts, picture.time_base = self._last_us, LIVE_TIME_BASE
-        picture.pict_type = 0  # the source's I/P/B choices must not become the encoder's
+        # the source's I/P/B choices must not become the encoder's
+        picture.pict_type = PictureType.NONE
         tags = ColourTags.of(picture)
         return Frame(picture, self._last_us, LIVE_TIME_BASE, tags, turned)
 
@@ -88,15 +92,3 @@ class NormaliseCamera:
             changed.color_range = wanted
             picture = changed
         return picture if size == self.size_wh else fitted(picture, self.size_wh)
-
-
-def _fill_in_tags(picture: av.VideoFrame) -> None:
-    """Replace unspecified colour tags by the defaults of the USB Video Class."""
-    if picture.colorspace == 2:
-        picture.colorspace = 6  # SMPTE 170M
-    if picture.color_range == 0:
-        picture.color_range = ColorRange.MPEG
-    if picture.color_primaries == 2:
-        picture.color_primaries = 1
-    if picture.color_trc == 2:
-        picture.color_trc = 1

@@ -9,8 +9,8 @@ from threading import Condition, Lock
 
 from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
-from makeup_video.pipeline.live.sources.device import devices_found
+from makeup_video.pipeline.live.sources.camera import CameraSettings, open_source
+from makeup_video.pipeline.live.sources.device import cameras_found
 from makeup_video.pipeline.live.sources.file_sound import FileSound
 
 _RETRY_SECONDS = 1.0  # between two attempts to open a camera that a failed change left closed
@@ -26,7 +26,7 @@ class CameraSwitch:
 
     def __init__(self, settings: CameraSettings, log: Callable[[str], None]) -> None:
         self._log = log
-        self._camera = Camera(settings, log)
+        self._camera = open_source(settings, log)
         self._settings = settings
         self._changed = Condition()
         self._is_switching = self._is_closed = self._is_lost = False
@@ -76,7 +76,7 @@ class CameraSwitch:
                 self._changed.wait_for(lambda: self._is_closed or not self._is_lost, _RETRY_SECONDS)
 
     def _put(self, settings: CameraSettings) -> None:
-        camera = Camera(settings, self._log)
+        camera = open_source(settings, self._log)
         with self._changed:
             self._dropped_before += self._camera.dropped
             self._damaged_before += self._camera.damaged
@@ -106,12 +106,12 @@ class CameraSwitch:
         self._camera.close()
 
     def file_sound(self) -> FileSound | None:
-        """The sound of the file that plays now, as Camera.file_sound."""
+        """The sound of the file that plays now; None for a device, or without sound."""
         return self._camera.file_sound()
 
     def choices(self) -> dict[str, object]:
         """What a page offers: names and sizes, and those of now. A file has no other size."""
-        names = [*devices_found()]
+        names = [*cameras_found()]
         if self.path is not None:
             names.insert(0, str(self.path))
         size = None if self.path is not None else self._settings.size

@@ -56,13 +56,13 @@ def our_threads():
     count=st.integers(0, 40),
     stages=st.integers(0, 4),
     capacity=st.integers(1, 5),
-    workers=st.none() | st.integers(1, 6),
+    threads=st.none() | st.integers(1, 6),
 )
 @settings(deadline=None, max_examples=30)
-def test_items_pass_every_stage_in_order(count, stages, capacity, workers):
+def test_items_pass_every_stage_in_order(count, stages, capacity, threads):
     sink = List()
     steps = [(f"s{i}", add_one) for i in range(stages)]
-    runner = Runner(("source", numbers(count)), steps, ("sink", sink), capacity, workers=workers)
+    runner = Runner(("source", numbers(count)), steps, ("sink", sink), capacity, threads=threads)
     runner.run()
     assert sink.items == [n + stages for n in range(count)]
     assert sink.finished == "done"
@@ -87,19 +87,19 @@ class Delay:
 @given(
     count=st.integers(0, 20),
     looks_ahead=st.lists(st.booleans(), max_size=5),
-    workers=st.integers(1, 5),
+    threads=st.integers(1, 5),
 )
 @settings(deadline=None, max_examples=30)
-def test_stages_that_look_ahead_lose_nothing(count, looks_ahead, workers):
+def test_stages_that_look_ahead_lose_nothing(count, looks_ahead, threads):
     sink = List()
     steps = [(f"s{i}", Delay() if ahead else add_one) for i, ahead in enumerate(looks_ahead)]
-    Runner(("source", numbers(count)), steps, ("sink", sink), workers=workers).run()
+    Runner(("source", numbers(count)), steps, ("sink", sink), threads=threads).run()
     plain = looks_ahead.count(False)
     assert sink.items == [n + plain for n in range(count)]
 
 
 @pytest.mark.parametrize(
-    ("workers", "expected"),
+    ("threads", "expected"),
     [
         (1, [["a", "b", "c", "d"]]),
         (2, [["a", "b"], ["c", "d"]]),
@@ -108,7 +108,7 @@ def test_stages_that_look_ahead_lose_nothing(count, looks_ahead, workers):
         (9, [["a"], ["b"], ["c"], ["d"]]),
     ],
 )
-def test_workers_share_neighbouring_stages_evenly(workers, expected):
+def test_threads_share_neighbouring_stages_evenly(threads, expected):
     on_thread = {}
 
     def stage(name):
@@ -119,7 +119,7 @@ def test_workers_share_neighbouring_stages_evenly(workers, expected):
         return record_thread
 
     stages = [(name, stage(name)) for name in "abcd"]
-    Runner(("source", numbers(3)), stages, ("sink", List()), workers=workers).run()
+    Runner(("source", numbers(3)), stages, ("sink", List()), threads=threads).run()
     assert on_thread == {name: f"makeup-{group[0]}" for group in expected for name in group}
 
 
@@ -146,7 +146,7 @@ def test_a_waiting_actor_keeps_no_item_alive():
 
     limit = time.monotonic() + 5
     stages = [("a", lambda item: item), ("b", lambda item: item)]
-    Runner(("source", source()), stages, ("sink", Sink()), workers=2).run()
+    Runner(("source", source()), stages, ("sink", Sink()), threads=2).run()
     assert alive == [0, 0, 0]
 
 
@@ -310,7 +310,7 @@ def test_a_stage_works_on_all_that_waits_before_the_next_does():
         return record
 
     stages = [(name, stage(name)) for name in "ab"]
-    Runner(("source", source()), stages, ("sink", List()), capacity=3, workers=1).run()
+    Runner(("source", source()), stages, ("sink", List()), capacity=3, threads=1).run()
     in_turn = [("a", 0), ("b", 0), *((name, item) for name in "ab" for item in (1, 2, 3))]
     assert done == in_turn
 

@@ -1,6 +1,7 @@
 """Faces are found in one picture, and unusual pictures do no harm."""
 
 from fractions import Fraction
+from functools import cache
 
 import cv2
 import numpy as np
@@ -161,13 +162,33 @@ def test_an_8k_picture_is_read_like_any_other():
         fill=st.integers(0, 255),
     )
 )
-def test_any_picture_gives_sound_faces(picture):
+def test_any_picture_gives_sound_faces_and_masks(picture):
+    assert_sound(find_faces(picture), picture.shape[1::-1])
+    assert_mask(picture, face_of_portrait())  # noise has no face of its own
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 9), st.integers(1, 120), st.integers(150, 300), st.integers(150, 350))
+def test_noise_over_a_face_gives_sound_faces_and_masks(seed, size, x, y):
+    noise = np.random.default_rng(seed).integers(0, 256, (size, size, 3), np.uint8)
+    picture = put(portrait(), noise, x, y)
     faces = find_faces(picture)
+    assert faces or size > 40
     assert_sound(faces, picture.shape[1::-1])
     for face in faces:
-        mask = lip_mask(picture, face)
-        assert mask.shape == picture.shape[:2]
-        assert np.isfinite(mask).all()
+        assert_mask(picture, face)
+
+
+@cache
+def face_of_portrait():
+    (face,) = find_faces(portrait())
+    return face
+
+
+def assert_mask(picture, face):
+    mask = lip_mask(picture, face)
+    assert mask.shape == picture.shape[:2]
+    assert (mask >= 0).all() and (mask <= 1).all()
 
 
 @pytest.mark.parametrize(

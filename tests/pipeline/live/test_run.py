@@ -49,8 +49,8 @@ class Sink:
         self.pictures.append(picture)
         self.camera.painted.release()
 
-    def finish(self, stopped):
-        self.stopped = stopped
+    def finish(self):
+        self.is_finished = True
 
 
 def lips_change(picture, codes, number):
@@ -71,7 +71,7 @@ def test_every_frame_is_painted_with_its_own_time():
     for number, picture in enumerate(sink.pictures):
         assert lips_change(picture, camera.codes[number], number)[1] > 15
         assert picture.before is None
-    assert camera.closed and sink.stopped is False
+    assert camera.closed and sink.is_finished
 
 
 def test_a_new_look_begins_at_the_next_frame_and_drops_none():
@@ -194,4 +194,4 @@ def test_a_stop_from_another_thread_ends_run_and_camera():
     run = LiveRun(camera, RED, [sink])
     with pytest.raises(StoppedError):
         run.run()
-    assert camera.closed and sink.stopped and len(sink.pictures) == 4
+    assert camera.closed and sink.is_finished and len(sink.pictures) == 4

@@ -30,7 +30,7 @@ def test_all_frames_reach_every_sink_in_order():
     for sink in sinks:
         assert numbers(sink.pictures) == sorted(set(numbers(sink.pictures)))
         assert numbers(sink.pictures)[-1] == 4
-        assert sink.finished == "done"
+        assert sink.is_finished
     until(lambda: not our_threads())
 
 
@@ -87,13 +87,13 @@ def test_a_sink_that_fails_is_logged_and_the_others_go_on(camera):
     runner.stop()
     thread.join(20)
     assert isinstance(raised[0], StoppedError)
-    assert isinstance(runner.outlets[0].error, EncodeError) and broken.finished is None
+    assert isinstance(runner.outlets[0].error, EncodeError) and not broken.is_finished
 
 
 class NeverWorked(List):
     """Accepts every picture but sends none, like a stream without a receiver."""
 
-    def finish(self, stopped):
+    def finish(self):
         raise OutputError(f"{self.name} was never reached")
 
 
@@ -103,7 +103,7 @@ def test_a_sink_that_never_worked_is_logged_at_the_end():
         Frames(frame(n) for n in [7]), LivePicture, [NeverWorked("rtmp"), good], lines.append
     )
     runner.run()
-    assert lines == ["OutputError: rtmp was never reached"] and good.finished == "done"
+    assert lines == ["OutputError: rtmp was never reached"] and good.is_finished
     assert isinstance(runner.outlets[0].error, OutputError)
 
 
@@ -154,7 +154,7 @@ def test_an_error_ends_the_run_and_the_sinks_still_finish(where):
     bad = Bad("bad")
     with pytest.raises(ZeroDivisionError if where == "sink" else InputError):
         LiveRunner(Frames(frames()), work, [good, bad], log=pytest.fail).run(tick_seconds=0.01)
-    assert good.finished == bad.finished == "stopped"
+    assert good.is_finished and bad.is_finished
     until(lambda: not our_threads())
 
 
@@ -166,7 +166,7 @@ def test_a_stop_from_another_thread_ends_sinks_and_camera(camera):
     until(lambda: sink.pictures)
     runner.stop()
     thread.join(20)
-    assert isinstance(raised[0], StoppedError) and sink.finished == "stopped"
+    assert isinstance(raised[0], StoppedError) and sink.is_finished
     assert camera.closed.wait(20)
 
 
@@ -180,7 +180,7 @@ def test_ctrl_c_finishes_the_sinks_while_the_camera_is_stuck(camera, monkeypatch
 
     with pytest.raises(StoppedError):
         runner.run(interrupt, tick_seconds=0.01)
-    assert sink.finished == "stopped"
+    assert sink.is_finished
 
 
 def test_a_second_ctrl_c_still_finishes_each_sink_once():
@@ -194,9 +194,9 @@ def test_a_second_ctrl_c_still_finishes_each_sink_once():
                 raise KeyboardInterrupt
 
     class Once(List):
-        def finish(self, stopped):
-            assert self.finished is None
-            super().finish(stopped)
+        def finish(self):
+            assert not self.is_finished
+            super().finish()
 
     def interrupt():
         raise KeyboardInterrupt
@@ -207,7 +207,7 @@ def test_a_second_ctrl_c_still_finishes_each_sink_once():
         runner.run(interrupt, tick_seconds=0.01)
     with pytest.raises(StoppedError):
         runner.run()
-    assert sink.finished == "stopped" and camera.closed.is_set()
+    assert sink.is_finished and camera.closed.is_set()
 
 
 def test_after_a_fault_a_sink_that_hangs_is_left_behind(monkeypatch):
@@ -276,7 +276,7 @@ def test_preparing_precedes_frames_and_can_be_stopped(camera, monkeypatch):
     thread, raised = started(runner)
     runner.stop()
     thread.join(20)
-    assert isinstance(raised[0], StoppedError) and sink.finished == "stopped"
+    assert isinstance(raised[0], StoppedError) and sink.is_finished
     gate.set()
     assert camera.closed.wait(20)
     assert prepared in ([0], [])
@@ -298,14 +298,14 @@ def test_a_sink_joins_and_leaves_while_the_run_goes_on(camera):
     camera.allowed.release()
     until(lambda: len(later.pictures) == 1)
     runner.end(later)
-    until(lambda: later.finished == "stopped")
+    until(lambda: later.is_finished)
     seen = len(first.pictures)
     camera.allowed.release()
     until(lambda: len(first.pictures) == seen + 1)
-    assert len(later.pictures) == 1 and first.finished is None
+    assert len(later.pictures) == 1 and not first.is_finished
     runner.stop()
     thread.join(20)
-    assert isinstance(raised[0], StoppedError) and first.finished == "stopped"
+    assert isinstance(raised[0], StoppedError) and first.is_finished
     assert [outlet.is_over for outlet in runner.outlets] == [True, True]
     with pytest.raises(UsageError, match="no live run"):
         runner.add(List())

@@ -15,12 +15,14 @@ from makeup_video.pipeline import (
     OutputError,
     Settings,
     StoppedError,
+    TooLittleMemoryError,
     UsageError,
     process_looks,
     process_video,
     product,
     ready_look,
 )
+from makeup_video.pipeline.engine import machine
 from makeup_video.pipeline.engine.fan_out import FanOut
 from makeup_video.pipeline.faces.net import Net
 from makeup_video.pipeline.look.options import Choice, choose_look
@@ -314,3 +316,17 @@ def test_one_file_that_is_spelled_twice_is_two_outputs(tmp_path, monkeypatch):
             process_looks(SAMPLES / "in.mp4", {"out.mp4": BERRY, other: PLUM})
     with pytest.raises(TypeError, match="looks must be a dict"):
         process_looks(SAMPLES / "in.mp4", [BERRY])
+
+
+@pytest.mark.parametrize("name", ["in.png", "in.mkv"])
+def test_memory_that_only_finds_faces_is_too_little(tmp_path, monkeypatch, name):
+    src = tmp_path / name
+    if name == "in.png":
+        src.write_bytes((SAMPLES / "portrait.jpg").read_bytes())
+    else:
+        film(src, clip(1))
+    monkeypatch.setattr(machine, "cores", lambda: 2)
+    monkeypatch.setattr(machine, "_address_limit_bytes", lambda: 1_120_000_000)
+    with pytest.raises(TooLittleMemoryError, match=r"^painting this (picture|video)"):
+        process_looks(src, paths_of(tmp_path, src.suffix))
+    assert [path.name for path in tmp_path.iterdir()] == [name]

@@ -199,6 +199,12 @@ def test_a_time_that_is_no_number_is_one_line(seconds):
         Painter(BLUE)(np.zeros((4, 4, 3), np.uint8), seconds)
 
 
+@pytest.mark.parametrize("fps", ["30", None, 1j, [30]])
+def test_a_frame_rate_that_is_no_number_is_one_line(fps):
+    with pytest.raises(TypeError, match="fps must be a number, got"):
+        paint_frames([np.zeros((4, 4, 3), np.uint8)], BLUE, fps=fps)
+
+
 def test_times_and_sizes_that_do_not_fit_name_the_frame():
     small, large = np.zeros((4, 4, 3), np.uint8), np.zeros((4, 6, 3), np.uint8)
     with pytest.raises(

@@ -22,6 +22,7 @@ from makeup_video.pipeline import (
 )
 from makeup_video.pipeline.frames.rgb import to_frame
 from makeup_video.pipeline.images.exif import orientation as exif_orientation
+from makeup_video.pipeline.offline import picture as offline_picture
 from media import picture
 from people import portrait
 from picture_files import EXIF, ICC, XMP, exif, read_picture, scene, write
@@ -260,3 +261,8 @@ def test_lipstick_has_the_same_colour_in_display_p3(tmp_path):
     wanted = as_p3(srgb)[painted].astype(int)
     assert np.abs(wide[painted] - wanted).mean() < 3
     assert np.abs(srgb[painted] - wanted).mean() > 6  # what it would be without the profile
+
+
+def test_kinds_of_metadata_have_the_numbers_of_opencv():
+    kinds = [offline_picture._KINDS[number] for number in (EXIF, XMP, ICC)]
+    assert kinds == ["EXIF", "XMP", "ICC profile"]

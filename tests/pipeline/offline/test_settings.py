@@ -43,6 +43,8 @@ from people import SAMPLES
         ({"split_minutes": 1, "jobs": 0}, "jobs must be a whole number of at least 1, got 0"),
         ({"crf": 20.5}, "crf must be a whole number, got 20.5"),
         ({"codec": 5}, "codec must be text or None, got 5"),
+        ({"on_whole": 5}, "on_whole must be a function or None, got 5"),
+        ({"observe": "no"}, "observe must be a function or None, got 'no'"),
         ({"overwrite": "no"}, "overwrite must be True or False, got 'no'"),
     ],
 )
@@ -60,6 +62,18 @@ def test_settings_of_another_type_say_how_to_make_them(tmp_path):
     ):
         with pytest.raises(TypeError, match=r"settings must be Settings, got dict: Settings\("):
             run({"overwrite": True})
+
+
+def test_what_shows_progress_must_be_a_function(tmp_path):
+    source, output = SAMPLES / "portrait.jpg", tmp_path / "out.png"
+    for run in (
+        lambda given: process_video(source, output, None, None, given),
+        lambda given: process_looks(source, {output: Look()}, None, given),
+        lambda given: inspect_video(source, output, None, None, given),
+    ):
+        with pytest.raises(TypeError, match="on_progress must be a function or None, got int"):
+            run(5)
+    assert not output.exists()
 
 
 @pytest.mark.parametrize("values", [{"faces": "largest"}, {"split_minutes": 1}])

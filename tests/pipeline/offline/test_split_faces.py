@@ -61,7 +61,7 @@ def test_faces_are_painted_alike_on_both_sides_of_a_seam(tmp_path, two_faces, wh
         assert (first() if name == "warnings" else first) == (
             second() if name == "warnings" else second
         )
-    plan, bare = plan_of(two_faces, LOOK, MINUTES), decoded(two_faces)
+    plan, bare = plan_of(two_faces, LOOK, MINUTES, Settings()), decoded(two_faces)
     (seam,) = (round(segment.first / Fraction(1000, 30)) for segment in plan.segments[1:])
     for number in range(seam - 5, seam + 30, 5):
         faces = find_faces(whole[number].to_ndarray(format="rgb24"))

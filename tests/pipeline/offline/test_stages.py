@@ -2,7 +2,7 @@
 
 import cv2
 import pytest
-from makeup_video.pipeline import InputError, OutputError, UsageError
+from makeup_video.pipeline import InputError, OutputError, Settings, UsageError
 from makeup_video.pipeline.engine.machine import one_opencv_thread
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.run import run_stages
@@ -15,7 +15,7 @@ def pass_on(item):
 
 
 def test_a_picture_is_searched_once_and_counted():
-    run = FaceRun(lambda: [("rest", pass_on)])
+    run = FaceRun(lambda: [("rest", pass_on)], paints=False)
     (_, find), (name, rest) = run(None)
     assert name == "rest"
     two_faces = put(put(grey(), face_of(80), 40, 60), face_of(110), 320, 60)
@@ -27,8 +27,9 @@ def test_a_picture_is_searched_once_and_counted():
 
 
 def test_a_film_is_followed_and_counted(tmp_path):
-    src, run = film(tmp_path / "in.mkv", clip(5)), FaceRun(lambda: [("rest", pass_on)])
-    report = run_stages(src, tmp_path / "out.mkv", run)
+    src = film(tmp_path / "in.mkv", clip(5))
+    run = FaceRun(lambda: [("rest", pass_on)], paints=False)
+    report = run_stages(src, tmp_path / "out.mkv", run, Settings(), None)
     run.count(report)
     assert list(report.stages) == ["decode", "faces", "smooth", "rest", "encode"]
     assert (report.faces, report.frames_with_face, report.frames_out) == (1, 5, 5)
@@ -40,24 +41,29 @@ def test_the_rest_is_made_between_input_and_output(tmp_path, name):
         files_at_creation.append(sorted(path.name for path in tmp_path.iterdir()))
         raise UsageError("no such device")
 
+    def run():
+        stages = FaceRun(rest, paints=False)
+        run_stages(tmp_path / name, tmp_path / f"out.{name}", stages, Settings(), None)
+
     files_at_creation = []
     with pytest.raises(InputError):
-        run_stages(tmp_path / name, tmp_path / f"out.{name}", FaceRun(rest))
+        run()
     assert files_at_creation == []
     if name == "in.jpg":
         (tmp_path / name).write_bytes((SAMPLES / "portrait.jpg").read_bytes())
     else:
         film(tmp_path / name, clip(1))
     with pytest.raises(UsageError, match="no such device"):
-        run_stages(tmp_path / name, tmp_path / f"out.{name}", FaceRun(rest))
+        run()
     assert files_at_creation == [[name]]
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
 def test_an_impossible_output_is_still_refused(tmp_path):
     src = film(tmp_path / "in.mkv", clip(1))
+    run = FaceRun(lambda: [("rest", pass_on)], paints=False)
     with pytest.raises(OutputError):
-        run_stages(src, tmp_path / "no" / "out.mkv", FaceRun(lambda: [("rest", pass_on)]))
+        run_stages(src, tmp_path / "no" / "out.mkv", run, Settings(), None)
 
 
 def test_opencv_gets_its_threads_back_after_a_run():

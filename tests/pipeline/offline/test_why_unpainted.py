@@ -58,7 +58,7 @@ def test_a_film_too_lists_the_faces_seen(tmp_path):
 def test_at_most_ten_faces_are_named(numbers, words):
     run = PaintRun(BLUE, "999")
     run(None)
-    run.painter.composite.numbers = numbers
+    run.composite.numbers = numbers
     run._found.frames_with_face = run._found.faces = 3
     report = Report("in.png", "out.png", "png", is_picture=True)
     run.count(report)

@@ -14,7 +14,7 @@ from makeup_video.pipeline import DecodeError, EncodeError, OutputError, UsageEr
 from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.sinks.recording import Recording
 from makeup_video.pipeline.live.sound import SoundTap
-from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+from makeup_video.pipeline.live.sources.camera import CameraSettings, open_source
 from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 from media import decoded, make_clip, picture, times_of
 
@@ -34,7 +34,7 @@ def record(path, pictures, **settings):
     recording = Recording(path, **settings)
     for live_picture in pictures:
         recording(live_picture)
-    recording.finish(stopped=True)
+    recording.finish()
     return recording
 
 
@@ -87,14 +87,14 @@ def test_a_recording_that_has_ended_keeps_no_encoder(tmp_path):
     for live_picture in live([0, 40, 80]):
         recording(live_picture)
     state = recording.state
-    recording.finish(False)
+    recording.finish()
     assert recording.state == state and "0.1 s" in state
     assert not threads or len(list(tasks.iterdir())) <= threads
 
 
 def test_a_rotation_is_kept(tmp_path):
     clip = make_clip(tmp_path / "in.mp4", frames=3, rotation_degrees=90)
-    camera = Camera(CameraSettings(name=str(clip)), pytest.fail)
+    camera = open_source(CameraSettings(name=str(clip)), pytest.fail)
     record(tmp_path / "out.mp4", (LivePicture(frame) for frame in camera.frames()))
     assert round(decoded(tmp_path / "out.mp4")[0].rotation) % 360 == 90
 
@@ -165,7 +165,7 @@ recording = Recording(sys.argv[1], crf=5)
 try:
     for live_picture in live(range(0, 9000, 33), size_wh=(320, 240)):
         recording(live_picture)
-    recording.finish(True)
+    recording.finish()
 except OutputError as error:
     print(error)
 """

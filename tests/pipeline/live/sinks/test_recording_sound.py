@@ -47,7 +47,7 @@ def off_ms(path, seconds, faster):
             tap.put(block)
             block = next(coming, None)
         recording(picture)
-    recording.finish(stopped=True)
+    recording.finish()
     flashes, claps = marks(path)
     assert len(flashes) == len(claps) == (seconds - 1) // EVERY_S
     return 1000 * np.abs(np.subtract(claps, flashes))

@@ -55,7 +55,7 @@ def test_pictures_keep_their_times_with_regular_key_frames(pieces, scheme):
     times = [0, 40, 100, 1000, 1990, 2010, 2050, 4020, 4060]
     for live_picture in live(times):
         stream(live_picture)
-    stream.finish(stopped=True)
+    stream.finish()
     with av.open(str(pieces[0])) as got:
         packets = [p for p in got.demux(video=0) if p.size]
         seconds = np.array([float(p.pts * p.time_base) for p in packets])
@@ -78,7 +78,7 @@ def test_the_sound_is_sent_in_step_with_the_pictures(pieces, scheme):
         part = sound[:, number * 4800 : (number + 1) * 4800]
         tap.put(SoundBlock(part, 55555.123 + number / 10))
     assert stream.state == ", with audio from card"
-    stream.finish(stopped=True)
+    stream.finish()
     with av.open(str(pieces[0])) as got:
         first = min(float(p.pts * p.time_base) for p in got.demux(video=0) if p.size)
     with av.open(str(pieces[0])) as got:
@@ -104,7 +104,7 @@ def test_formats_without_rotation_get_upright_pictures(pieces):
     stream = Stream("udp://host:1", log=pytest.fail)
     for live_picture in live(range(0, 800, 40), degrees=90):
         stream(live_picture)
-    stream.finish(stopped=False)
+    stream.finish()
     with av.open(str(pieces[0])) as got:
         assert next(got.decode(video=0)).width == 64
 
@@ -127,7 +127,7 @@ def test_a_receiver_over_udp_gets_a_film(tmp_path):
         receiver.join(0.005)
         if not receiver.is_alive():
             break
-    stream.finish(stopped=True)
+    stream.finish()
     receiver.join(30)
     assert len(got) == 20 and (got[0].width, got[0].height) == (96, 64)
     assert stream.name == "udp://127.0.0.1"
@@ -167,7 +167,7 @@ def test_a_lost_receiver_is_logged_and_retried_ever_slower(monkeypatch):
     for live_picture in live(range(0, 150_000, 100)):
         clock[0] += 0.1
         stream(live_picture)
-    stream.finish(stopped=True)
+    stream.finish()
     pauses = np.diff(tries)
     assert pauses == pytest.approx([1.4, 2, 4, 8, 16, 30, 30], abs=0.21)
     assert lines == [
@@ -204,13 +204,13 @@ def test_a_stream_that_never_connected_is_an_error_at_the_end(slammed, closed):
     with pytest.raises(
         OutputError, match=r"^rtmp://127.0.0.1: .*; no frame was sent in the"
     ) as caught:
-        stream.finish(stopped=True)
+        stream.finish()
     assert SECRET not in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_a_run_without_any_picture_is_no_error_of_the_stream():
     stream = Stream("rtmp://127.0.0.1:1/live", log=pytest.fail)
-    stream.finish(stopped=True)
+    stream.finish()
     assert stream.sent == 0
 
 
@@ -278,7 +278,7 @@ def test_srt_goes_through_an_ffmpeg_that_knows_it(program):
     for live_picture in live(range(0, 1000, 40)):
         stream(live_picture)
     assert stream.sent == 0  # the relay accepts everything, even while it is not connected
-    stream.finish(stopped=True)
+    stream.finish()
     assert stream.sent == 25  # the relay exited without an error
     assert program.with_suffix(".url").read_text() == url
     with av.open(str(program.with_suffix(".ts"))) as got:
@@ -309,7 +309,7 @@ def test_a_relay_that_ends_counts_as_a_lost_receiver(program):
         if lines or time.monotonic() > deadline:
             break
     with pytest.raises(OutputError, match="Broken pipe; no frame was sent"):
-        stream.finish(stopped=True)
+        stream.finish()
     assert stream.sent == 0
     assert lines == ["srt://127.0.0.1: Broken pipe; trying again"]
 
@@ -320,7 +320,7 @@ def test_a_relay_that_never_connected_has_sent_nothing(program):
     for live_picture in live([0, 40]):
         stream(live_picture)
     with pytest.raises(OutputError, match=r"srt://127.0.0.1: no connection; no frame was sent"):
-        stream.finish(stopped=True)
+        stream.finish()
     assert stream.sent == 0
 
 

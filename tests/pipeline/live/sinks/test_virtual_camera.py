@@ -85,10 +85,10 @@ def test_a_turned_picture_is_shown_upright(library):
 
 def test_finish_closes_the_camera_if_a_picture_opened_one(library):
     sink = VirtualCamera()
-    sink.finish(stopped=True)
+    sink.finish()
     assert library.made == []
     sink(shown())
-    sink.finish(stopped=True)
+    sink.finish()
     assert library.made[0].closed
 
 

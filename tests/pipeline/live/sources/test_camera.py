@@ -3,13 +3,13 @@
 import pytest
 from makeup_video.pipeline import InputError, UsageError
 from makeup_video.pipeline.live.sources import device
-from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+from makeup_video.pipeline.live.sources.camera import CameraSettings, open_source
 from PIL import Image
 
 
 def test_a_name_too_long_for_any_file_is_refused_in_one_line():
     with pytest.raises(InputError, match="cannot be read"):
-        Camera(CameraSettings(name="x" * 5000), pytest.fail)
+        open_source(CameraSettings(name="x" * 5000), pytest.fail)
 
 
 # -- settings and names
@@ -29,25 +29,25 @@ def test_invalid_settings_are_refused_in_one_line(wrong):
 @pytest.mark.parametrize("name", ["http://host/x.mp4", "concat:a|b", "missing.mp4"])
 def test_only_files_of_this_machine_are_played(name):
     with pytest.raises(InputError, match="does not exist"):
-        Camera(CameraSettings(name=name), pytest.fail)
+        open_source(CameraSettings(name=name), pytest.fail)
 
 
 def test_without_a_camera_the_error_offers_to_play_a_video(monkeypatch):
-    monkeypatch.setattr(device, "devices_found", list)
+    monkeypatch.setattr(device, "cameras_found", list)
     with pytest.raises(
         InputError, match=r"^no camera was found on this machine: plug one in, or"
     ) as caught:
-        Camera(CameraSettings(), pytest.fail)
+        open_source(CameraSettings(), pytest.fail)
     assert "or play a video with camera='FILE'" in str(caught.value)
-    monkeypatch.setattr(device, "devices_found", lambda: ["/dev/video99"])
+    monkeypatch.setattr(device, "cameras_found", lambda: ["/dev/video99"])
     with pytest.raises(
         InputError, match=r"no camera can be opened \(.*found: /dev/video99\): name"
     ):
-        Camera(CameraSettings(), pytest.fail)
+        open_source(CameraSettings(), pytest.fail)
 
 
 def test_a_picture_is_no_camera(tmp_path):
     path = tmp_path / "photo.png"
     Image.new("RGB", (8, 8)).save(path)
     with pytest.raises(InputError, match="is a picture, and a camera needs a video: give one"):
-        Camera(CameraSettings(name=str(path)), pytest.fail)
+        open_source(CameraSettings(name=str(path)), pytest.fail)

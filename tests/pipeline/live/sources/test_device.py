@@ -8,7 +8,7 @@ import pytest
 from cameras import Damaged, FakeDevice, Scripted, mjpeg, raw_yuyv, unplugged
 from makeup_video.pipeline import DecodeError, InputError
 from makeup_video.pipeline.live.sources import device
-from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+from makeup_video.pipeline.live.sources.camera import CameraSettings, open_source
 from makeup_video.pipeline.live.sources.device import attempts
 from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 
@@ -59,7 +59,7 @@ def settings(**more):
 def test_only_the_newest_picture_is_given_and_others_counted(tmp_path, plug):
     begin, ended, stay = threading.Event(), threading.Event(), threading.Event()
     plug(FakeDevice(mjpeg(tmp_path, frames=6), lambda: (ended.set(), stay.wait()), begin))
-    camera = Camera(settings(), lambda line: None)
+    camera = open_source(settings(), lambda line: None)
     frames = camera.frames()
     begin.set()
     assert ended.wait(20)
@@ -73,7 +73,7 @@ def test_only_the_newest_picture_is_given_and_others_counted(tmp_path, plug):
 def test_a_picture_from_before_the_first_request_is_kept(tmp_path, plug):
     ended, stay = threading.Event(), threading.Event()
     plug(FakeDevice(mjpeg(tmp_path, frames=6), lambda: (ended.set(), stay.wait())))
-    camera = Camera(settings(), lambda line: None)
+    camera = open_source(settings(), lambda line: None)
     assert ended.wait(20)  # for instance, while the nets load
     next(camera.frames())
     stay.set()
@@ -93,7 +93,7 @@ def test_a_camera_that_gives_no_picture_is_logged_once(tmp_path, plug):
             unplugged()
 
     plug(*(Dumb(path, unplugged) for _ in range(6)))
-    camera = Camera(settings(), lines.append)
+    camera = open_source(settings(), lines.append)
     assert list(camera.frames()) == [] and len(opened) >= 5
     assert lines == ["camera /dev/video0 is gone: waiting for it"]
 
@@ -103,7 +103,7 @@ def test_a_cameras_loss_and_return_are_each_logged_once(tmp_path, plug):
     gone = OSError(19, "No such device")
     second = FakeDevice(mjpeg(tmp_path, "b.avi", size_wh=(128, 48)), back.wait)
     plug(FakeDevice(mjpeg(tmp_path), unplugged), gone, gone, second)
-    camera = Camera(settings(), lines.append)
+    camera = open_source(settings(), lines.append)
     got = []
     for frame in camera.frames():
         got.append(frame)
@@ -129,7 +129,7 @@ def test_close_ends_the_wait_for_a_camera_that_is_gone(tmp_path, plug):
 
     begin = threading.Event()
     plug(FakeDevice(mjpeg(tmp_path), unplugged, begin))
-    camera = Camera(settings(), log)
+    camera = open_source(settings(), log)
     begin.set()
     list(camera.frames())  # returns
     assert lines == ["camera /dev/video0 is gone: waiting for it"]
@@ -144,7 +144,7 @@ def test_a_hanging_camera_is_logged_and_close_does_not_wait(tmp_path, plug, monk
         lines.append(line)
         threading.Timer(0.05, camera.close).start()
 
-    camera = Camera(settings(), log)
+    camera = open_source(settings(), log)
     assert ended.wait(20)
     list(camera.frames())
     hanging.set()
@@ -158,7 +158,7 @@ def test_a_camera_whose_pictures_cannot_be_used_ends_the_run(tmp_path, plug, mon
 
     monkeypatch.setattr(NormaliseCamera, "_converted", refuse)
     plug(FakeDevice(mjpeg(tmp_path), unplugged))
-    camera = Camera(settings(), pytest.fail)
+    camera = open_source(settings(), pytest.fail)
     with pytest.raises(DecodeError, match="no"):
         next(camera.frames())
 
@@ -166,7 +166,7 @@ def test_a_camera_whose_pictures_cannot_be_used_ends_the_run(tmp_path, plug, mon
 def test_damaged_jpegs_are_counted_and_skipped(tmp_path, plug):
     begin, ended, stay = threading.Event(), threading.Event(), threading.Event()
     plug(Damaged(mjpeg(tmp_path, frames=8), lambda: (ended.set(), stay.wait()), begin))
-    camera = Camera(settings(), lambda line: None)
+    camera = open_source(settings(), lambda line: None)
     frames = camera.frames()
     begin.set()
     assert ended.wait(20)
@@ -181,7 +181,7 @@ def test_settings_that_a_camera_changes_are_one_logged_line(tmp_path, plug):
     lines, stay = [], threading.Event()
     no = av.error.ArgumentError(22, "Invalid argument")
     opened = plug(no, FakeDevice(raw_yuyv(tmp_path / "cam.avi"), stay.wait))
-    camera = Camera(settings(size="1280x720", rate=30, pixels="mjpeg"), lines.append)
+    camera = open_source(settings(size="1280x720", rate=30, pixels="mjpeg"), lines.append)
     frame = next(camera.frames())
     stay.set()
     camera.close()
@@ -199,7 +199,7 @@ def test_settings_that_a_camera_changes_are_one_logged_line(tmp_path, plug):
 def test_a_camera_without_permission_is_refused_with_advice(plug, number, advice):
     opened = plug(OSError(number, "no"))
     with pytest.raises(InputError, match=advice) as caught:
-        Camera(settings(), pytest.fail)
+        open_source(settings(), pytest.fail)
     assert "\n" not in str(caught.value) and len(opened) == 1
 
 
@@ -214,7 +214,7 @@ def test_pictures_queued_in_the_driver_by_a_stall_are_dropped(tmp_path, plug, mo
     stalled = [(0.56, 1.56), (0.60, 1.56), (0.63, 1.56)]  # the stall hit the read of the first
     script = [*fresh, *stalled, (1.60, 1.60)]
     plug(Scripted(mjpeg(tmp_path), lambda: (ended.set(), stay.wait()), begin, clock, script))
-    camera = Camera(settings(), lambda line: None)
+    camera = open_source(settings(), lambda line: None)
     camera.frames()
     begin.set()
     assert ended.wait(20)

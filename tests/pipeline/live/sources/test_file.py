@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import DecodeError
 from makeup_video.pipeline.live.sources import file
-from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+from makeup_video.pipeline.live.sources.camera import CameraSettings, open_source
 from makeup_video.pipeline.live.sources.file import Timeline
 from media import damage, make_clip
 
@@ -56,7 +56,7 @@ def test_the_times_of_a_timeline_always_increase(times):
 
 def played(path, count=None, **settings):
     """[(frame, seconds of delay after its due time)]"""
-    camera = Camera(CameraSettings(name=str(path), **settings), pytest.fail)
+    camera = open_source(CameraSettings(name=str(path), **settings), pytest.fail)
     got = []
     for frame in camera.frames():
         got.append((frame, time.monotonic() - frame.seconds))
@@ -85,8 +85,8 @@ def test_a_variable_rate_is_played_from_its_first_frame(tmp_path):
 def test_a_loop_has_no_seam(tmp_path, end, monkeypatch):
     path, now = make_clip(tmp_path / f"in.{end}", "mjpeg", frames=5, pix_fmt="yuvj420p"), [100.0]
     monkeypatch.setattr(file.time, "monotonic", lambda: now[0])
-    camera = Camera(CameraSettings(name=str(path), loop=True), pytest.fail)
-    camera._source._closing = FakeWait(now)
+    camera = open_source(CameraSettings(name=str(path), loop=True), pytest.fail)
+    camera._closing = FakeWait(now)
     got = [frame.seconds for frame in itertools.islice(camera.frames(), 14)]
     assert np.diff(got) == pytest.approx(1 / 30, abs=1e-5)
     assert camera.damaged == camera.dropped == 0
@@ -97,8 +97,8 @@ def test_a_file_catches_up_after_a_stall(tmp_path, monkeypatch):
     path = make_clip(tmp_path / "in.mp4", frames=60, options={"g": "10"})
     now = [100.0]
     monkeypatch.setattr(file.time, "monotonic", lambda: now[0])
-    camera = Camera(CameraSettings(name=str(path)), pytest.fail)
-    camera._source._closing = FakeWait(now)
+    camera = open_source(CameraSettings(name=str(path)), pytest.fail)
+    camera._closing = FakeWait(now)
     frames = camera.frames()
     first = next(frames)
     now[0] += 1.5  # 45 frames
@@ -111,11 +111,11 @@ def test_a_file_catches_up_after_a_stall(tmp_path, monkeypatch):
 def test_a_frame_due_while_the_process_stood_still_is_dropped(tmp_path, monkeypatch):
     path, now = make_clip(tmp_path / "in.mp4", frames=6), [100.0]
     monkeypatch.setattr(file.time, "monotonic", lambda: now[0])
-    camera = Camera(CameraSettings(name=str(path)), pytest.fail)
-    camera._source._closing = FakeWait(now)
+    camera = open_source(CameraSettings(name=str(path)), pytest.fail)
+    camera._closing = FakeWait(now)
     frames = camera.frames()
     next(frames)
-    camera._source._closing.stands_still = 0.12
+    camera._closing.stands_still = 0.12
     rest = [round((frame.seconds - 100) * 30) for frame in frames]
     assert rest == [2, 3, 4, 5] and camera.dropped == 1
 
@@ -138,7 +138,7 @@ class FakeWait:
 
 def test_close_wakes_the_thread_that_waits_for_a_frame(tmp_path):
     path = make_clip(tmp_path / "in.mkv", pts=[0, 9000], time_base=Fraction(1, 1000))
-    camera = Camera(CameraSettings(name=str(path)), pytest.fail)
+    camera = open_source(CameraSettings(name=str(path)), pytest.fail)
     frames = camera.frames()
     next(frames)
     threading.Timer(0.05, camera.close).start()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from makeup_video.pipeline.frames.frame import plane_views
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE
-from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+from makeup_video.pipeline.live.sources.camera import CameraSettings, open_source
 from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 from media import make_clip, picture
 
@@ -46,7 +46,7 @@ def test_odd_sizes_become_even():
 )
 def test_a_films_pixels_become_square_if_its_aspect_is_sane(tmp_path, aspect, size):
     clip = make_clip(tmp_path / "in.mp4", frames=2, sample_aspect_ratio=aspect)
-    with closing(Camera(CameraSettings(name=str(clip)), pytest.fail)) as camera:
+    with closing(open_source(CameraSettings(name=str(clip)), pytest.fail)) as camera:
         frame = next(camera.frames())
     assert (frame.width_px, frame.height_px) == size
 

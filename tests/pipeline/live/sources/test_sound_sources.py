@@ -16,13 +16,13 @@ from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.sinks.recording import Recording
 from makeup_video.pipeline.live.sound import RATE, LiveSound
 from makeup_video.pipeline.live.sources import microphone
-from makeup_video.pipeline.live.sources.camera import Camera, CameraSettings
+from makeup_video.pipeline.live.sources.camera import CameraSettings, open_source
 from makeup_video.pipeline.live.sources.microphone import Microphone, microphones_found
 from media import make_clip
 
 
 def recorded(clip, path, *, loop=False, seconds=60.0):
-    camera = Camera(CameraSettings(name=str(clip), loop=loop), pytest.fail)
+    camera = open_source(CameraSettings(name=str(clip), loop=loop), pytest.fail)
     sound = LiveSound(camera.file_sound(), pytest.fail)
     recording = Recording(path, sound=sound.tap())
     sound.start()
@@ -31,7 +31,7 @@ def recorded(clip, path, *, loop=False, seconds=60.0):
         recording(LivePicture(frame))
         if time.monotonic() > until:
             camera.close()
-    recording.finish(stopped=False)
+    recording.finish()
     sound.close()
     return recording
 
@@ -56,7 +56,9 @@ def test_further_passes_are_in_step_too(tmp_path):
 
 
 def test_a_film_without_sound_gives_none(tmp_path):
-    camera = Camera(CameraSettings(name=str(make_clip(tmp_path / "in.mp4", frames=3))), pytest.fail)
+    camera = open_source(
+        CameraSettings(name=str(make_clip(tmp_path / "in.mp4", frames=3))), pytest.fail
+    )
     assert camera.file_sound() is None
     camera.close()
 
@@ -74,7 +76,7 @@ def test_sound_that_a_file_announces_but_lacks_is_none(tmp_path):
         container.mux(video.encode(None))
     with av.open(str(path)) as container:
         assert len(container.streams.audio) == 1
-    camera = Camera(CameraSettings(name=str(path)), pytest.fail)
+    camera = open_source(CameraSettings(name=str(path)), pytest.fail)
     assert camera.file_sound() is None
     camera.close()
 
@@ -114,7 +116,7 @@ print(heard.name, round(loudest, 2))
 """
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="ALSA is Linux's")
+@pytest.mark.skipif(sys.platform != "linux", reason="ALSA is Linux's")
 def test_an_alsa_device_is_read(tmp_path):
     """A file stands in for the microphone, behind ALSA's own interface."""
     tone = (0.5 * 32767 * np.sin(np.arange(RATE) * 0.05)).astype("<i2")

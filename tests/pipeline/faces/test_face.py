@@ -1,0 +1,23 @@
+"""A face checks its points when it is made."""
+
+import numpy as np
+import pytest
+from makeup_video.pipeline.faces.face import POINTS, Face
+
+REST = 1.0, 1.0, 0, None  # score, mouth_visible, track_id, lips
+GOOD = np.zeros((POINTS, 3), np.float32)
+
+
+@pytest.mark.parametrize(
+    ("points_px", "got"),
+    [
+        (GOOD.tolist(), "got list"),
+        (None, "got NoneType"),
+        (GOOD[:10], r"got \(10, 3\) float32"),
+        (GOOD.astype(np.float64), r"got \(478, 3\) float64"),
+    ],
+)
+def test_points_of_another_type_or_shape_are_refused(points_px, got):
+    with pytest.raises(ValueError, match=rf"points_px must be an array, \(478, 3\) float32, {got}"):
+        Face(points_px, *REST)
+    assert Face(GOOD, *REST).points_px is GOOD
