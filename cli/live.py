@@ -271,7 +271,7 @@ def _opened_sound(
         if source is None and name == "file":
             raise UsageError("--audio file needs a video with audio as --camera")
         if source is None:
-            return None  # the closing line says so
+            return None  # the last line says so
     else:
         try:
             source = Microphone(name, log_line)
@@ -289,7 +289,7 @@ def _opened_sound(
 def _run_until_it_ends(run: "LiveRun", quiet: bool) -> None:
     """Run until Ctrl-C, which is the usual end, or until the camera ends.
 
-    The closing line is printed in any case, since a recording may hold what was painted until an
+    The last line is printed in any case, since a recording may hold what was painted until an
     error. Raises typer.Exit with exit code 4 when an output failed, or never got a picture.
     """
     from makeup_video.cli.main import mark_output_whole

@@ -125,7 +125,7 @@ def settle_kernels(quiet: bool) -> None:
 
 
 def print_summary(report: "Report", quiet: bool, more: str = "") -> None:
-    """Log what was lost or changed, and the closing line.
+    """Log what was lost or changed, and the last line.
 
     Raises typer.Exit with exit code 5 when the input was damaged; its warnings are logged even when
     quiet.

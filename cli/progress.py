@@ -60,11 +60,11 @@ def show_progress(quiet: bool) -> Generator[Any, None, None]:
     if quiet:
         yield None
     elif _has_terminal():
-        from makeup_video.pipeline.render.opencl import compiling_told
+        from makeup_video.pipeline.render.opencl import when_compiling
 
         bar = _Bar()
         try:
-            with compiling_told(bar.say_compiling):
+            with when_compiling(bar.say_compiling):
                 yield bar
         finally:
             bar.close()
@@ -130,7 +130,7 @@ class _Bar:
 
     def say_compiling(self) -> None:
         say = log if self.bar is None else self._print
-        say("compiling the kernels for this kind of video or picture, once")
+        say("compiling the kernels for this kind of video or picture")
 
     def _print(self, text: str) -> None:
         self.bar.console.print(printable(text), markup=False, highlight=False)
@@ -221,7 +221,7 @@ def live_text(figures: "LiveFigures") -> str:
 
 
 def live_summary(figures: "LiveFigures", seconds: float) -> str:
-    """The closing line: pictures painted, and what each output got of them."""
+    """The last line: pictures painted, and what each output got of them."""
     from makeup_video.pipeline.offline.report import frames_in_words
 
     fps = figures.pictures / seconds if seconds else 0.0

@@ -48,15 +48,14 @@ def save_binary(program: Any, file: Path) -> bool:
     it. Without a linker this would end the process. Nothing is written when that fails, or when the
     disk is full.
     """
-    if not has_linker():
-        return False
     # at Ctrl-C PoCL fails without the temporary files that LLVM deletes
     with contextlib.suppress(OSError, cl.Error):
-        if file.exists():
+        if not file.exists():
+            file.touch()
+        elif has_linker():
             (binary,) = program.binaries
             _write(file, hashlib.sha256(binary).digest() + binary)
             return True
-        file.touch()
     return False
 
 

@@ -156,6 +156,7 @@ class Device:
     """
 
     on_compile: ClassVar[Callable[[], None] | None] = None
+    _has_saved: ClassVar[bool] = False  # this process, a program for later ones
     watch: "ClassVar[Callable[[Device, int], AbstractContextManager[None]] | None]" = None
 
     def __init__(self, choice: str = "") -> None:
@@ -171,7 +172,6 @@ class Device:
         # A CPU works in our memory; other devices may work in a copy.
         self.shares_memory = bool(device.type & cl.device_type.CPU)
         self._made: dict[Any, Any] = {}
-        self._has_saved = False
         self._kernels: dict[tuple[str, int, np.dtype], Any] = {}
         self._programs: dict[tuple[str, int, np.dtype, tuple[int, int], Definitions], Any] = {}
 
@@ -249,8 +249,9 @@ class Device:
             if Device.on_compile is not None and not file.exists():
                 Device.on_compile()
             program = self._compiled(source, options)
-            if not self._has_saved:  # all at once would take as long as the first run
-                self._has_saved = save_binary(program, file)
+            # to save all of them takes as long as to build them the first time
+            if not Device._has_saved or not file.exists():
+                Device._has_saved |= save_binary(program, file)
         return program
 
     def _compiled(self, source: str, options: list[str]) -> Any:

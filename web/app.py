@@ -99,7 +99,7 @@ class Endpoints:
 
     def __init__(self, rooms: Rooms, slow_jobs: SlowJobs) -> None:
         self._rooms, self._slow_jobs, self._uploads = rooms, slow_jobs, Uploads(slow_jobs)
-        self._downloads = OneAtATime(slow_jobs)
+        self._downloads, self._thumbnails = OneAtATime(slow_jobs), OneAtATime(slow_jobs)
 
     async def page(self, _request: Request) -> Response:
         """Serve the page."""
@@ -182,7 +182,7 @@ class Endpoints:
         """Serve the newest picture in full size, as PNG; with `both`, beside the one before."""
         room, both = self._room(request), "both" in request.query_params
         headers = {"content-disposition": 'attachment; filename="makeup.png"'}
-        if request.method == "HEAD":  # the length is not worth the work
+        if request.method == "HEAD":  # whether there is one, and its length, are not worth the work
             head = Response(media_type="image/png", headers=headers)
             del head.headers["content-length"]
             return head
@@ -208,7 +208,7 @@ class Endpoints:
         """Serve the portrait of a session with the look of the request's body on, a small JPEG."""
         room = self._room(request)
         look = look_in(bytes(await read_body(request, LOOK_BYTES, "the look")))
-        data = await self._downloads.run(request, lambda: room.session.thumbnail(look))
+        data = await self._thumbnails.run(request, lambda: room.session.thumbnail(look))
         return Response(data, media_type="image/jpeg")
 
     def _room_of_owner(self, request: Request) -> Room:

@@ -132,7 +132,7 @@ def rows_of(path: str | os.PathLike[str]) -> Iterator[Row]:
     """The rows of a CSV file (UTF-8, at most 200 MB) with columns brand, product, shade, hex.
 
     The columns category, product_type and type name the parts that a product is for. Other
-    columns are ignored.
+    columns are ignored; but none may have the name of another.
     Cells are separated by commas, or by semicolons where line 1 has no comma. Rows whose cells are
     all blank do not count. Raises CatalogueError naming file, line and fault.
     """

@@ -33,8 +33,8 @@ _UNSAID = {
     | Disposition.hearing_impaired | Disposition.visual_impaired,
 }  # fmt: skip
 _LEAST_TICKS = 10_000  # per second: of the coarsest clock of edit lists
-_MOST_OF_A_RATIO = 1 << 16  # so that both numbers of a display ratio have 32 bits
 _USUAL_LAYOUTS = {1: "mono", 2: "stereo", 3: "2.1", 4: "quad", 5: "5.0", 6: "5.1", 8: "7.1"}
+_MOST = 1 << 32  # Matroska's numbers are smaller
 
 
 def shown_wh(video: Any, source: VideoSource) -> tuple[int, int] | Fraction | None:
@@ -47,9 +47,12 @@ def shown_wh(video: Any, source: VideoSource) -> tuple[int, int] | Fraction | No
         return None
     context = video.codec_context
     width, height = context.width * Fraction(aspect), int(context.height)
-    if width.denominator == 1:
+    if width.denominator == 1 and width < _MOST:
         return int(width), height
-    return Fraction(width / height).limit_denominator(_MOST_OF_A_RATIO)
+    ratio: Fraction = width / height
+    if max(ratio.as_integer_ratio()) < _MOST:
+        return ratio
+    return min(max(1, round(width)), _MOST - 1), height
 
 
 def tags(holder: Any, container_format: str) -> dict[str, str]:

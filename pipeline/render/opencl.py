@@ -21,7 +21,7 @@ def open_device(choice: str = "") -> "Device":
     from makeup_video.kernels.cache import NoRoomError
     from makeup_video.kernels.program import Device, NoDeviceError, UnknownDeviceError
 
-    Device.on_compile = _tell_compiling
+    Device.on_compile = _say_compiling
     try:
         return Device(choice)
     except NoDeviceError as error:
@@ -36,20 +36,20 @@ _listeners: list[Callable[[], None]] = []
 
 
 @contextmanager
-def compiling_told(tell: Callable[[], None]) -> Generator[None, None, None]:
-    """Call `tell` within the block once this process compiles kernels, which takes some seconds.
+def when_compiling(say: Callable[[], None]) -> Generator[None, None, None]:
+    """Call `say` within the block once this process compiles kernels, which takes some seconds.
 
     Any thread may call it, at most once.
     """
-    _listeners.append(tell)
+    _listeners.append(say)
     try:
         yield
     finally:
-        if tell in _listeners:
-            _listeners.remove(tell)
+        if say in _listeners:
+            _listeners.remove(say)
 
 
-def _tell_compiling() -> None:
+def _say_compiling() -> None:
     while _listeners:
         _listeners.pop()()
 

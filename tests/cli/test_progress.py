@@ -72,7 +72,7 @@ def test_a_terminal_shows_once_that_kernels_are_compiled(monkeypatch, capsys, is
     from makeup_video.kernels.program import Device
     from makeup_video.pipeline.render.opencl import open_device
 
-    line = "compiling the kernels for this kind of video or picture, once"
+    line = "compiling the kernels for this kind of video or picture"
     open_device()
     for has_terminal in (True, False):
         monkeypatch.setattr(progress, "_has_terminal", lambda has=has_terminal: has)

@@ -34,11 +34,17 @@ def compiled(monkeypatch):
     return sources
 
 
+def new_process():
+    Device._has_saved = False
+
+
 def kept(folder):
     return list(folder.glob("*.binary"))
 
 
 def adds_three():
+    """In a process of its own."""
+    new_process()
     device = Device()
     plane = np.arange(32, dtype=np.uint8).reshape(1, 32)
     with device.lend(plane) as buffers:
@@ -57,13 +63,23 @@ def test_what_was_built_twice_is_loaded(folder, compiled):
 
 def test_a_process_saves_one_of_its_programs(folder, compiled):
     """To save all of them takes as long as to build them the first time."""
-    options = 13, 16, 18
     for saved in (0, 1, 2, 3, 3):
-        device = Device()
-        for transfer in options:
+        new_process()
+        for device, transfer in zip((Device(), Device(), Device()), (13, 16, 18), strict=True):
             device.program("add.cl", transfer, BYTES)
         assert sum(file.stat().st_size > 0 for file in kept(folder)) == saved
     assert len(compiled) == 3 + 3 + 2 + 1
+
+
+def test_what_is_new_in_a_run_that_saves_is_known_later(folder, monkeypatch):
+    said = []
+    monkeypatch.setattr(Device, "on_compile", lambda: said.append(True))
+    for transfers, new in (((13, 16), 2), ((13, 18), 1), ((13, 18), 0), ((13, 16, 18), 0)):
+        new_process()
+        said.clear()
+        for transfer in transfers:
+            Device().program("add.cl", transfer, BYTES)
+        assert len(said) == new
 
 
 def test_another_source_or_option_is_built_anew(folder, compiled, monkeypatch):
@@ -116,7 +132,7 @@ def test_a_full_disk_leaves_no_part_of_a_file(folder, monkeypatch):
 def test_without_a_linker_pocl_need_not_compile_more(folder, compiled, monkeypatch):
     monkeypatch.setattr(binaries, "has_linker", lambda: False)
     assert adds_three() and adds_three()
-    assert len(compiled) == 2 and kept(folder) == []
+    assert len(compiled) == 2 and [file.read_bytes() for file in kept(folder)] == [b""]
 
 
 def test_other_devices_keep_their_own_programs(folder, compiled, monkeypatch):

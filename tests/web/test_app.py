@@ -142,7 +142,7 @@ def test_before_and_after_are_saved_side_by_side(show, url):
     np.testing.assert_array_equal(stored, np.hstack([show.picture // 2, show.picture]))
 
 
-def test_one_thumbnail_at_a_time_waits_for_the_worker(show):
+def test_one_thumbnail_at_a_time_waits_for_slow_jobs(show):
     begun, go_on = threading.Event(), threading.Event()
 
     def slow(look):

@@ -9,7 +9,7 @@ with it, as lids do.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial, reduce
 from typing import ClassVar
@@ -47,7 +47,7 @@ from makeup_video.pipeline.render.grid import Grid, PointXY, box_of
 from makeup_video.pipeline.render.lay_coats import lay_coats
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
-from makeup_video.pipeline.render.surfaces.face_outline import outline_of, within_outline
+from makeup_video.pipeline.render.surfaces.face_outline import parts_on_face
 from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, SeenFace
 from makeup_video.pipeline.render.surfaces.surface import Charts, Laid
 
@@ -101,7 +101,6 @@ class LidSurface:
     below the lower lash line; the eyeball is where both are negative.
     normals: (2, H, W).  width_px: of the eye.
     both: the heights of both eyes of the face.  number: which of them it is.
-    on_face: (H, W), 0 beyond the outline of the face; None for 1 everywhere.
     is_upper, is_lower: True for the skin above the eye, and for that below it.
     """
 
@@ -113,7 +112,6 @@ class LidSurface:
     width_px: float
     both: "BothEyes"
     number: int
-    on_face: np.ndarray | None = None
     is_upper: bool = True
     is_lower: bool = False
     is_broad: ClassVar[bool] = False
@@ -133,7 +131,7 @@ class LidSurface:
         # several times as quick as `replace`
         return LidSurface(
             self.grid, self.up, self.lash_px, self.below_px, self.normals, self.width_px,
-            self.both, self.number, self.on_face, *sides,
+            self.both, self.number, *sides,
         )  # fmt: skip
 
     def lay(self, charts: Charts, opacities: Sequence[float], device: Device) -> Laid:
@@ -146,6 +144,11 @@ class LidSurface:
 
     def join(self, on_sides: Sequence[np.ndarray]) -> np.ndarray:
         return self.both.joined(*on_sides)
+
+    @property
+    def on_face(self) -> np.ndarray | None:
+        """(H, W), 0 beyond the outline of the face; None for 1 everywhere."""
+        return self.both.on_face[self.number]
 
     def fields(self) -> EyeFields:
         return self.both.upper if self.is_upper else self.both.lower
@@ -179,8 +182,8 @@ class LidSurface:
         lashes = [away_px * np.float32(1 / feather_px) + covers for away_px in self._away_px()]
         if density is None:
             density = np.ones(self.up.shape, np.float32)
-        if self.on_face is not None:
-            density = density * self.on_face
+        if (on_face := self.on_face) is not None:
+            density = density * on_face
         if len(lashes) == 1:
             there = self.grid.warped(lashes[0], origin_xy, out.shape, -1e3)
             dense = self.grid.warped(density, origin_xy, out.shape, 0.0)
@@ -235,11 +238,21 @@ class BothEyes:
     """What kinds of makeup know of both eyes of a face, (2, 32, 48) each."""
 
     def __init__(
-        self, up: np.ndarray, lash_px: np.ndarray, below_px: np.ndarray, widths_px: Sequence[float]
+        self,
+        up: np.ndarray,
+        lash_px: np.ndarray,
+        below_px: np.ndarray,
+        widths_px: Sequence[float],
+        on_face: Callable[[], list[np.ndarray | None]],
     ) -> None:
-        """widths_px: of the eyes; 1 for one that is not seen, so that nothing divides by 0."""
+        """widths_px: of the eyes; 1 for one that is not seen, so that nothing divides by 0.
+        on_face: makes that of each eye, see LidSurface."""
         self._up, self._lash_px, self._below_px = up, lash_px, below_px
-        self._widths_px = widths_px
+        self._widths_px, self._on_face = widths_px, on_face
+
+    @cached_property
+    def on_face(self) -> list[np.ndarray | None]:
+        return self._on_face()
 
     @cached_property
     def to_lay(self) -> EyesToLay:
@@ -355,22 +368,12 @@ def lid_surfaces_of(
     """The lids that kernels/surface.cl made."""
     grids = [None if place is None else Grid.at(place.to_px, LID_HW) for place in places]
     widths = [1.0 if grid is None else grid.step_px() / LID_STEP for grid in grids]
-    both = BothEyes(made.lids[:, 0], made.lids[:, 1], made.lids[:, 5], widths)
-    outline = outline_of(face)
+    heights = made.lids[:, 0], made.lids[:, 1], made.lids[:, 5]
+    both = BothEyes(*heights, widths, partial(parts_on_face, face, grids))
     return [
         None
         if grid is None
-        else LidSurface(
-            grid,
-            lid[0],
-            lid[1],
-            lid[5],
-            lid[3:5],
-            widths[number],
-            both,
-            number,
-            within_outline(outline, grid),
-        )
+        else LidSurface(grid, lid[0], lid[1], lid[5], lid[3:5], widths[number], both, number)
         for number, (grid, lid) in enumerate(zip(grids, made.lids, strict=True))
     ]
 

@@ -1,5 +1,7 @@
 """The lids' surface in numpy: the twin that kernels/surface.cl is tested against."""
 
+from functools import partial
+
 import numpy as np
 from makeup_video.kernels.surface import (
     BROW_POINTS,
@@ -30,7 +32,7 @@ from makeup_video.pipeline.render.surfaces.eyes import (
     LidSurface,
     eye_places,
 )
-from makeup_video.pipeline.render.surfaces.face_outline import outline_of, within_outline
+from makeup_video.pipeline.render.surfaces.face_outline import parts_on_face
 
 _ROWS = np.arange(SIZE_WH[1], dtype=np.float32)[:, None]
 
@@ -48,12 +50,12 @@ def lid_surfaces(face: Face) -> list[LidSurface]:
     lash_px, lower_px = (_distance_px(y[:, curve, None], steps_px) for curve in (0, 4))
     normals = _normals(y, depth, ring)
     widths = [float(step) / LID_STEP for step in steps_px.ravel()]
-    both = BothEyes(up, lash_px, -lower_px, widths)
-    outline = outline_of(face)
+    grids = [grid for grid, *_ in seen]
+    both = BothEyes(up, lash_px, -lower_px, widths, partial(parts_on_face, face, grids))
     return [
         LidSurface(
             grid, up[number], lash_px[number], -lower_px[number], normals[number],
-            widths[number], both, number, within_outline(outline, grid),
+            widths[number], both, number,
         )
         for number, (grid, *_) in enumerate(seen)
     ]  # fmt: skip

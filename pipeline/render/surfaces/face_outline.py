@@ -1,5 +1,7 @@
 """Which places of a grid lie on the face: eyeshadow of a turned head must not reach the wall."""
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import Face
@@ -10,6 +12,12 @@ from makeup_video.pipeline.render.surfaces.face import OUTLINE
 _EIGHTH_BITS = 3  # OpenCV takes corners of polygons in eighths of a px
 _FEATHER = 2  # px of the grid, inwards
 _MARGIN = 2 * _FEATHER + 1  # so that the border of the picture is no outline
+
+
+def parts_on_face(face: Face, grids: Sequence[Grid | None]) -> list[np.ndarray | None]:
+    """For each grid what `within_outline` gives; None for no grid, too."""
+    outline = outline_of(face)
+    return [None if grid is None else within_outline(outline, grid) for grid in grids]
 
 
 def outline_of(face: Face) -> np.ndarray:

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from layers import SLOTS, shadow
 from lit_faces import face_at, light, points
-from makeup_video.pipeline import Look, apply_look
+from makeup_video.pipeline import Layer, Look, apply_look, product
 from makeup_video.pipeline.faces.face import FrameFaces
 from makeup_video.pipeline.faces.topology import EYE, RIGHT_EYE
 from makeup_video.pipeline.render.scene import FaceScene
@@ -16,6 +16,7 @@ from makeup_video.pipeline.render.surfaces.eyes import EYES
 from people import frame_of, portrait
 
 LEFT, RIGHT = EYE[:16], RIGHT_EYE[:16]
+LINER = Layer("eyeliner", product((18, 14, 14), "matte", "liner"), {"wing": 0.3})
 
 
 def lenses(eyes, line_px=-1):
@@ -38,16 +39,15 @@ def amount(rgb8):
     return EYES.amount(FaceScene(face_at(points()), light(rgb8), {}))
 
 
-def change(rgb8, slot="lid"):
-    look = Look([shadow(slot)])
-    painted = apply_look(rgb8, look, [face_at(points())])
+def change(rgb8, layer):
+    painted = apply_look(rgb8, Look([layer]), [face_at(points())])
     return np.abs(painted.astype(int) - rgb8).max()
 
 
-@pytest.mark.parametrize("slot", SLOTS)
-def test_no_eyeshadow_is_painted_on_black_lenses(slot):
-    assert change(portrait(), slot) > 20
-    assert change(behind(0.15), slot) == 0
+@pytest.mark.parametrize("layer", [*map(shadow, SLOTS), LINER], ids=[*SLOTS, "liner"])
+def test_no_eye_makeup_is_painted_on_black_lenses(layer):
+    assert change(portrait(), layer) > 20
+    assert change(behind(0.15), layer) == 0
 
 
 @settings(max_examples=15, deadline=None)
