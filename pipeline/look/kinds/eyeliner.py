@@ -25,14 +25,14 @@ _OPEN = 0.36  # an open eye's height, of its width: a blink leaves the line as t
 _OVER = 0.03  # of the width: how far the line reaches over the lash line, where the lashes grow
 _SLIM = 1.7  # power by which a wing thins to its tip: 1 is a triangle
 # Of the width: how round a wing is where it begins, below the outer corner of an open eye.
-_ROUND, _LEAST_ROUND = 0.15, 1e-3
+_ROUND, _LEAST_ROUND = 0.08, 1e-3
 _FULL_WING = 0.08  # thickness from which on a wing is as high as the lid's rise lets it be
 # Where the upper line ends; and over how much it thins there, by its thickness, at least and at
 # most; of the eye's width.
 _END, _THINS, _LEAST_THINNING, _MOST_THINNING = 1.04, 1.6, 0.06, 0.2
 # A wing, from this length on, takes over from the upper line, which would be a barb below it: the
 # line then ends here. A lower line of this length meets both in the corner.
-_LONG, _END_AT_WING = 0.1, 0.94
+_LONG, _END_AT_WING = 0.1, 0.96
 _THINNED = -1e3  # px: no line at all
 _SHORTEST_PX = 0.01  # of a wing, so that none divides by zero
 _BELOW = -0.3  # by `over`, where the lower line begins below the lashes
