@@ -4,6 +4,7 @@ import io
 import os
 import re
 from array import array
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import NamedTuple
@@ -154,7 +155,8 @@ def rows_in(data: bytes, name: str) -> Iterator[Row]:
 
 def _rows(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Row]:
     def columns(names: list[str]) -> list[str]:
-        missing = [name for name in COLUMNS if names.count(name) != 1]
+        counts = Counter(names)
+        missing = [name for name in COLUMNS if counts[name] != 1]
         if not names:
             raise CatalogueError(
                 f"{path}, line 1 is empty: a catalogue needs the columns {', '.join(COLUMNS)}"
@@ -164,9 +166,10 @@ def _rows(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Row]:
                 f"{path}, line 1: the columns {', '.join(COLUMNS)} are needed once each, separated "
                 f"by commas or semicolons; missing or twice: {', '.join(missing)}"
             )
-        if twice := [name for name in names if name and names.count(name) > 1]:
+        twice = next((name for name, count in counts.items() if name and count > 1), None)
+        if twice is not None:
             raise CatalogueError(
-                f"{path}, line 1: the column {twice[0]} stands there twice: leave one out"
+                f"{path}, line 1: the column {twice} stands there twice: leave one out"
             )
         kinds.extend(name for name in names if name in KIND_COLUMNS)
         return names
