@@ -48,7 +48,7 @@ from makeup_video.pipeline.render.surfaces.face_points import fit_points, fit_ta
 from makeup_video.pipeline.render.surfaces.surface import Charts, Laid
 
 _NARROWEST_PX = 8  # IOD
-_EIGHTH_BITS = 3  # OpenCV takes corners of polygons in eighths of a px
+EIGHTH_BITS = 3  # OpenCV takes corners of polygons in eighths of a px
 
 # Closed contours: where a face has no skin.
 _BROW = 70, 63, 105, 66, 107, 55, 65, 52, 53, 46
@@ -291,14 +291,14 @@ def drawn(on_grid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     near = on_grid[POINTS:, :2]
     near = np.clip(near, -SIDE, 2 * SIDE)  # so that no number is too large for OpenCV
     near += MARGIN
-    near *= 2**_EIGHTH_BITS
+    near *= 2**EIGHTH_BITS
     corners = np.rint(near, out=near).astype(np.int32)
     wide = SIDE + 2 * MARGIN
     inside, holes = np.zeros((2, wide, wide), np.uint8)
     outline = cv2.convexHull(corners[: _ENDS[0]])
-    cv2.fillConvexPoly(inside, outline, 255, cv2.LINE_AA, _EIGHTH_BITS)
+    cv2.fillConvexPoly(inside, outline, 255, cv2.LINE_AA, EIGHTH_BITS)
     contours = [corners[begin:end] for begin, end in pairwise(_ENDS)]
-    cv2.fillPoly(holes, contours, 255, cv2.LINE_AA, _EIGHTH_BITS)
+    cv2.fillPoly(holes, contours, 255, cv2.LINE_AA, EIGHTH_BITS)
     return inside, holes
 
 

@@ -7,9 +7,8 @@ import numpy as np
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.frames.affine import invert
 from makeup_video.pipeline.render.grid import Grid
-from makeup_video.pipeline.render.surfaces.face import OUTLINE
+from makeup_video.pipeline.render.surfaces.face import EIGHTH_BITS, OUTLINE
 
-_EIGHTH_BITS = 3  # OpenCV takes corners of polygons in eighths of a px
 _FEATHER = 2  # px of the grid, inwards
 _MARGIN = 2 * _FEATHER + 1  # so that the border of the picture is no outline
 
@@ -32,9 +31,9 @@ def within_outline(outline: np.ndarray, grid: Grid) -> np.ndarray | None:
     to_grid, (wide, high) = invert(grid.to_px), grid.size_wh
     xy = outline @ to_grid[:, :2].T + to_grid[:, 2]
     near = np.clip(xy, -4 * wide, 5 * wide) + _MARGIN
-    corners = np.rint(near * 2**_EIGHTH_BITS).astype(np.int32)
+    corners = np.rint(near * 2**EIGHTH_BITS).astype(np.int32)
     inside = np.zeros((high + 2 * _MARGIN, wide + 2 * _MARGIN), np.uint8)
-    cv2.fillConvexPoly(inside, corners, 255, cv2.LINE_AA, _EIGHTH_BITS)
+    cv2.fillConvexPoly(inside, corners, 255, cv2.LINE_AA, EIGHTH_BITS)
     if inside.min() == 255:
         return None
     side = 2 * _FEATHER + 1
