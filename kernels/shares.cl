@@ -3,8 +3,8 @@
  *
  * A work-item makes one eye. It computes eight places of a row at once.
  * - given: what all places of an eye share.
- * - charts: (2, SHARES_ROWS, LID_WIDE, SHARES_COATS) densities in parts of 1 / SHARES_ONE, above the
- *   eye and below it. Columns are those of the grid.
+ * - first_upper, second_upper, lower: charts (SHARES_ROWS, LID_WIDE, SHARES_COATS) of densities in
+ *   parts of 1 / SHARES_ONE, above each eye and below both. Columns are those of the grid.
  * - lids: (3, 2, LID_HIGH, LID_WIDE), of both eyes: the height above the lash line, and how many px
  *   a place lies above the upper and below the lower lash line.
  * - out: to be filled. */
@@ -44,14 +44,15 @@ static inline void shares_found(
 
 /* The densities above an eye and below it, in one. */
 EIGHT_STEP void shares_joined(
-    const shares_given *eye, __global const ushort *charts, __global const float *lids, int x,
-    int at, float8 *densities) {
+    const shares_given *eye, __global const ushort *upper_chart,
+    __global const ushort *lower_chart, __global const float *lids, int x, int at,
+    float8 *densities) {
     float8 lower[SHARES_COATS];
     float8 below = EIGHT(lids + 4 * SHARES_LID + at);
     if (eye->is_upper)
-        shares_found(charts, EIGHT(lids + at) * SHARES_ROWS_UP, x, densities);
+        shares_found(upper_chart, EIGHT(lids + at) * SHARES_ROWS_UP, x, densities);
     if (!eye->is_lower) return;
-    shares_found(charts + SHARES_CHART, below * eye->rows_down, x, lower);
+    shares_found(lower_chart, below * eye->rows_down, x, lower);
     float8 beyond = (EIGHT(lids + 2 * SHARES_LID + at) - below) * eye->fade;
     float8 above_share = eight_clamp8(1.0f + beyond, 0.0f, 1.0f);
     float8 below_share = eight_clamp8(1.0f - beyond, 0.0f, 1.0f);
@@ -62,10 +63,12 @@ EIGHT_STEP void shares_joined(
 }
 
 __kernel void shares(
-    __global const shares_given *restrict given, __global const ushort *restrict charts,
+    __global const shares_given *restrict given, __global const ushort *restrict first_upper,
+    __global const ushort *restrict second_upper, __global const ushort *restrict lower_chart,
     __global const float *restrict lids, __global shares_made *restrict out) {
     int number = get_global_id(0), first = number * SHARES_LID;
     shares_given eye = given[number];
+    __global const ushort *upper_chart = number ? second_upper : first_upper;
     int count = eye.count;
     float8 sums[SHARES_COATS];
     for (int i = 0; i < SHARES_COATS; ++i) sums[i] = (float8)0.0f;
@@ -73,7 +76,7 @@ __kernel void shares(
         for (int x = 0; x < LID_WIDE; x += 8) {
             int at = first + y * LID_WIDE + x;
             float8 densities[SHARES_COATS];
-            shares_joined(&eye, charts, lids, x, at, densities);
+            shares_joined(&eye, upper_chart, lower_chart, lids, x, at, densities);
             if (count == 1) {
                 PUT(out->density + at, densities[0]);
                 continue;

@@ -3,7 +3,7 @@
 Its numpy twin is pipeline/render/lay_coats.py.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -22,6 +22,7 @@ CHART_ROWS, CHART_HEIGHT = 64, 3
 _ROWS = CHART_ROWS * CHART_HEIGHT + 1
 FAINTEST = 1 / 512  # a fainter density changes no code
 _EYES = 2
+_LOWER = -1  # the key of the chart below an eye, beside those of lids that unfold so far
 _ONE = 2**16 - 1  # a density of 1 on the device's charts, so that they stay in a near cache
 
 # The structs of shares.cl.
@@ -43,7 +44,6 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
         "LID_HIGH": LID_HW[0],
         "LID_WIDE": LID_HW[1],
         "SHARES_COATS": LAYERS,
-        "SHARES_CHART": _ROWS * LID_HW[1] * LAYERS,
         "SHARES_ROWS_UP": float(CHART_ROWS),
         "SHARES_LAST_ROW": (_ROWS - 1) * (1 - 1e-6),  # so that the next one exists
         "SHARES_FAINTEST": FAINTEST,
@@ -59,7 +59,7 @@ class EyesToLay:
 
     up: heights above the upper lash line.  lash_px, below_px: px of the frame above the upper and
     below the lower lash line.
-    rows_down, fades: of each eye: see GIVEN.
+    rows_down, fades: of each eye: see GIVEN.  steps: how far each lid is unfolded.
     """
 
     up: np.ndarray
@@ -67,6 +67,7 @@ class EyesToLay:
     below_px: np.ndarray
     rows_down: Sequence[float]
     fades: Sequence[float]
+    steps: Sequence[int]
 
 
 class ShareKernel:
@@ -86,21 +87,22 @@ class ShareKernel:
         self._lids.array.fill(0)
         made = self._made.array[0]
         self._shares, self._density, self._seen = made["shares"], made["density"], made["seen"]
-        self._charts: WeakKeyDictionary[Any, cl.Buffer] = WeakKeyDictionary()
+        self._charts: WeakKeyDictionary[Any, dict[int, cl.Buffer]] = WeakKeyDictionary()
         self._kernel = device.kernel("shares", SRGB, np.dtype(np.uint8), DEFINITIONS)
         self._kernel.set_arg(0, self._given.buffer)
-        self._kernel.set_arg(2, self._lids.buffer)
-        self._kernel.set_arg(3, self._made.buffer)
+        self._kernel.set_arg(4, self._lids.buffer)
+        self._kernel.set_arg(5, self._made.buffer)
 
     def __call__(
-        self, look: object, charts: Sequence[np.ndarray | None], opacities: Sequence[float],
-        eyes: EyesToLay,
+        self, look: object, charts: tuple[Callable[[int], np.ndarray] | None, np.ndarray | None],
+        opacities: Sequence[float], eyes: EyesToLay,
     ) -> tuple[np.ndarray, list[list[float]], np.ndarray]:  # fmt: skip
         """Lay coats around both eyes.
 
         look: what the charts belong to. They are copied to the device once, and kept as long as it
-        lives.  charts: above the eye and below it, (193, 48, N) float32, 0..1; None where no coat
-        lies, but not both.  opacities: of the N coats, 1 to LAYERS, in the order of painting.
+        lives.  charts: above an eye, by how far its lid is unfolded, and below it, (193, 48, N)
+        float32, 0..1; None where no coat lies, but not both.  opacities: of the N coats, 1 to
+        LAYERS, in the order of painting.
         Returns (N, eyes, 32, 48), how much of each coat shows; its sums, by eye and coat; and
         (eyes, 32, 48), 1 where there is any coat. Of a single coat (0, eyes, 32, 48) and its
         density.
@@ -115,8 +117,18 @@ class ShareKernel:
             lids[1, :number], lids[2, :number] = eyes.lash_px, eyes.below_px
         packed = self._charts.get(look)
         if packed is None:
-            packed = self._charts[look] = self._packed(charts)
-        self._kernel.set_arg(1, packed)
+            packed = self._charts[look] = {}
+        if lower is not None and _LOWER not in packed:
+            packed[_LOWER] = self._packed(lower)
+        if upper is not None:
+            for step in eyes.steps:
+                if step not in packed:
+                    packed[step] = self._packed(upper(step))
+        # the kernel does not read a chart of a side without coats
+        above = [packed[_LOWER if upper is None else step] for step in eyes.steps]
+        below = above[0] if lower is None else packed[_LOWER]
+        for at, buffer in enumerate((above[0], above[-1], below), 1):
+            self._kernel.set_arg(at, buffer)
         for memory in (self._given, self._lids):
             memory.send()
         self._device.launch(self._kernel, (number, 1), (), (1, 1))
@@ -125,11 +137,9 @@ class ShareKernel:
         shares = self._shares[: count if count > 1 else 0, :number].copy()
         return shares, self._seen[:number, :count].tolist(), self._density[:number].copy()
 
-    def _packed(self, charts: Sequence[np.ndarray | None]) -> cl.Buffer:
+    def _packed(self, chart: np.ndarray) -> cl.Buffer:
         """All coats of a place together, as the kernel reads them."""
-        packed = np.zeros((len(charts), _ROWS, LID_HW[1], LAYERS), np.uint16)
-        for to, chart in zip(packed, charts, strict=True):
-            if chart is not None:
-                to[..., : chart.shape[2]] = np.rint(chart * np.float32(_ONE))
+        packed = np.zeros((_ROWS, LID_HW[1], LAYERS), np.uint16)
+        packed[..., : chart.shape[2]] = np.rint(chart * np.float32(_ONE))
         flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
         return cl.Buffer(self._device.context, flags, hostbuf=packed)

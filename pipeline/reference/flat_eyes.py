@@ -17,7 +17,8 @@ from makeup_video.pipeline.look.kinds.density_map import heights
 from makeup_video.pipeline.look.kinds.fields import LID, EyeChart
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
-from makeup_video.pipeline.render.surfaces.eyes import SIZE_WH, LidSurface
+from makeup_video.pipeline.render.surfaces.both_eyes import SIZE_WH
+from makeup_video.pipeline.render.surfaces.eyes import LidSurface
 from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
 
 _UP, _DOWN = heights(True), heights(False)

@@ -12,7 +12,7 @@ from makeup_video.kernels.surface import LID_LEFT, LID_STEP
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.render.grid import Grid
-from makeup_video.pipeline.render.surfaces.eyes import SIZE_WH
+from makeup_video.pipeline.render.surfaces.both_eyes import SIZE_WH
 from makeup_video.pipeline.render.surfaces.eyes_twin import lid_curves
 
 FLAT_WH = (160, 64)  # px: both eyes beside each other, the outer corners outside

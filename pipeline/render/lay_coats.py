@@ -15,7 +15,7 @@ from makeup_video.pipeline.render.surfaces.surface import Charts, Laid, Surface
 def lay_coats(surface: Surface, charts: Charts, opacities: Sequence[float]) -> Laid:
     """Lay coats on all surfaces of a region.  surface: any of them.  opacities: of the coats."""
     on_sides = zip(surface.sides(), charts.on_sides, strict=True)
-    found = [_looked_up(chart, side) for side, chart in on_sides if chart is not None]
+    found = [_looked_up(charts, side) for side, chart in on_sides if chart is not None]
     densities = surface.join(found) if len(found) > 1 else found[0]
     if len(densities) == 1:
         return Laid(None, (), densities[0])
@@ -23,11 +23,19 @@ def lay_coats(surface: Surface, charts: Charts, opacities: Sequence[float]) -> L
     return Laid(shares, shares.sum((2, 3)).T.tolist(), _any_of(densities))
 
 
-def _looked_up(densities: np.ndarray, surface: Surface) -> np.ndarray:
-    """(coats, N, H, W): densities on a chart (h, w, coats), at the places of all N surfaces."""
+def _looked_up(charts: Charts, surface: Surface) -> np.ndarray:
+    """(coats, N, H, W): densities on charts (h, w, coats), at the places of all N surfaces."""
     x, y = surface.on_chart()
-    found = cv2.remap(densities, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    hw = surface.normals.shape[1:]
+    of_surfaces, hw = surface.charts_of(charts), surface.normals.shape[1:]
+    rows = len(y) // len(of_surfaces)
+    parts = [
+        cv2.remap(
+            chart, x[first : first + rows], y[first : first + rows], cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_REPLICATE,
+        )
+        for first, chart in zip(range(0, len(y), rows), of_surfaces, strict=True)
+    ]  # fmt: skip
+    found = parts[0] if len(parts) == 1 else np.concatenate(parts)
     if found.ndim == 2:
         return found.reshape(1, -1, *hw)
     maps = np.empty((found.shape[2], *found.shape[:2]), np.float32)

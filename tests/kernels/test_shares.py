@@ -10,13 +10,19 @@ from makeup_video.kernels.shares import CHART_HEIGHT, CHART_ROWS
 from makeup_video.kernels.surface import LID_HW
 from makeup_video.pipeline.render.lay_coats import lay_coats
 from makeup_video.pipeline.render.surfaces.surface import Charts
+from makeup_video.pipeline.render.surfaces.unfolded import STEPS
 
 ROWS = CHART_ROWS * CHART_HEIGHT + 1
+UNFOLDED = st.lists(st.sampled_from([0, 1, STEPS // 2, STEPS]), min_size=2, max_size=2)
 SIDES = st.sampled_from([(True, True), (True, False), (False, True)])
 
 
-def eyes():
-    return [lit.surface for lit in close_up_scene().faces[0].regions["eyes"]]
+def eyes(steps=None):
+    """Both eyes of the sample; steps: how far their lids are unfolded in place of what they are."""
+    surfaces = [lit.surface for lit in close_up_scene().faces[0].regions["eyes"]]
+    if steps is not None:
+        surfaces[0].both.steps = steps
+    return surfaces
 
 
 def charts_of(seed, sides, count):
@@ -33,10 +39,10 @@ def charts_of(seed, sides, count):
 
 @settings(max_examples=60, deadline=None)
 @given(
-    st.integers(0, 9999), SIDES, st.lists(st.floats(0, 1), min_size=1, max_size=LAYERS)
+    st.integers(0, 9999), SIDES, st.lists(st.floats(0, 1), min_size=1, max_size=LAYERS), UNFOLDED
 )  # fmt: skip
-def test_coats_match_their_twin(seed, sides, opacities):
-    charts, (surface, _) = charts_of(seed, sides, len(opacities)), eyes()
+def test_coats_match_their_twin(seed, sides, opacities, steps):
+    charts, (surface, _) = charts_of(seed, sides, len(opacities)), eyes(steps)
     got, want = surface.lay(charts, opacities, device()), lay_coats(surface, charts, opacities)
     near = {"atol": 2e-3, "rtol": 1e-4}
     assert (got.shares is None) == (want.shares is None) == (len(opacities) == 1)
@@ -60,6 +66,15 @@ def test_what_was_laid_stays_when_other_coats_are_laid(sides):
     np.testing.assert_array_equal(laid.density, before[1])
     again = surface.lay(first, [0.3, 0.5, 0.9], device())
     np.testing.assert_array_equal(again.shares, before[0])
+
+
+def test_one_shut_eye_leaves_the_other_as_it_is():
+    charts = charts_of(3, (True, True), 2)
+    (open_eyes, *_), (wink, *_) = [
+        eyes(steps)[0].lay(charts, [0.5, 0.5], device()) for steps in ([0, 0], [0, STEPS])
+    ]
+    np.testing.assert_array_equal(wink[:, 0], open_eyes[:, 0])
+    assert np.abs(wink[:, 1] - open_eyes[:, 1]).max() > 0.05
 
 
 def test_an_opaque_coat_hides_those_below():

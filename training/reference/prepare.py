@@ -18,7 +18,7 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.faces.lip_mask import lip_mask
 from makeup_video.pipeline.reference.crops import CROPPED
-from makeup_video.pipeline.render.surfaces.eyes import OUTWARDS
+from makeup_video.pipeline.render.surfaces.both_eyes import OUTWARDS
 from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
 from makeup_video.training.faces.evaluate import CHEEKS, skin_tone
 from makeup_video.training.inputs import existing

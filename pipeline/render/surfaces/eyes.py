@@ -9,21 +9,15 @@ with it, as lids do.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial, reduce
+from functools import partial, reduce
 from typing import ClassVar
 
 import cv2
 import numpy as np
 from makeup_video.kernels.program import Device
-from makeup_video.kernels.shares import (
-    CHART_HEIGHT,
-    CHART_ROWS,
-    FAINTEST,
-    EyesToLay,
-    ShareKernel,
-)
+from makeup_video.kernels.shares import CHART_HEIGHT, CHART_ROWS, FAINTEST, ShareKernel
 from makeup_video.kernels.surface import (
     LID_CURVES,
     LID_HW,
@@ -42,17 +36,17 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import BROW, EYE, RIGHT_BROW, RIGHT_EYE
 from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.sampling import step_px
-from makeup_video.pipeline.look.kinds.fields import LID, LID_RISE_AT, EyeChart, EyeFields
+from makeup_video.pipeline.look.kinds.fields import EyeChart, EyeFields
 from makeup_video.pipeline.render.grid import Grid, PointXY, box_of
 from makeup_video.pipeline.render.lay_coats import lay_coats
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.render.surfaces.both_eyes import ACROSS, OUTWARDS, TOP, BothEyes
 from makeup_video.pipeline.render.surfaces.face_outline import parts_on_face
 from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, SeenFace
 from makeup_video.pipeline.render.surfaces.surface import Charts, Laid
+from makeup_video.pipeline.render.surfaces.unfolded import unfolded, upper_charts
 
-SIZE_WH = LID_HW[::-1]
-_TOP = -0.99  # the first row of the grid, in widths of the eye
 # From the outer to the inner corner, as places in EYE: upper lashes, two rings, lower lashes.
 _LASHES = np.array([0, 15, 14, 13, 12, 11, 10, 9, 8])
 _CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
@@ -80,16 +74,11 @@ EYE_CURVES = tuple(
 LID_RINGS = np.zeros((2 * LID_CURVES, RING_POINTS), np.int32)
 for _ring, _curve in zip(LID_RINGS, (curve for eye in EYE_CURVES for curve in eye), strict=True):
     _ring[: len(_curve)] = _curve
-COLUMNS = np.arange(SIZE_WH[0])
-OUTWARDS = LID_LEFT + LID_STEP * COLUMNS
-_ACROSS = (OUTWARDS + 0.5).astype(np.float32)
 # 0 between the corners of the eye, 1 from a column beyond them on.
 _BEYOND = np.clip((np.abs(OUTWARDS) - 0.5) / LID_STEP, 0, 1).astype(np.float32)
-_AT_LID_RISE = round((LID_RISE_AT - 0.5 - LID_LEFT) / LID_STEP)
 # Charts: columns as on the grid; rows from the lash line to the height of the brow and more.
 _HEIGHTS = np.arange(CHART_ROWS * CHART_HEIGHT + 1, dtype=np.float32)[None, :, None] / CHART_ROWS
-_CHARTS = tuple(EyeChart(up > 0, _ACROSS, up * _HEIGHTS) for up in (-1, 1))
-_RISE = (-_TOP - LID_STEP * np.arange(SIZE_WH[1])[:, None]).astype(np.float32)
+_CHARTS = tuple(EyeChart(up > 0, ACROSS, up * _HEIGHTS) for up in (-1, 1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,7 +99,7 @@ class LidSurface:
     below_px: np.ndarray
     normals: np.ndarray
     width_px: float
-    both: "BothEyes"
+    both: BothEyes
     number: int
     is_upper: bool = True
     is_lower: bool = False
@@ -139,7 +128,8 @@ class LidSurface:
         if len(opacities) == 1 and (upper is None or lower is None):
             return lay_coats(self, charts, opacities)  # as quick as the kernel
         kernel = device.once(ShareKernel)
-        shares, seen, density = kernel(charts, charts.on_sides, opacities, self.both.to_lay)
+        above = None if upper is None else partial(unfolded, upper)
+        shares, seen, density = kernel(charts, (above, lower), opacities, self.both.to_lay)
         return Laid(shares if len(shares) else None, seen, density)
 
     def join(self, on_sides: Sequence[np.ndarray]) -> np.ndarray:
@@ -156,6 +146,11 @@ class LidSurface:
     @property
     def chart(self) -> EyeChart:
         return _CHARTS[self.is_upper]
+
+    def charts_of(self, charts: Charts) -> Sequence[np.ndarray]:
+        if self.is_upper and any(self.both.steps):
+            return upper_charts(charts, self.both.steps)
+        return [chart for chart in (charts.on_sides[1 - self.is_upper],) if chart is not None]
 
     def on_chart(self) -> tuple[np.ndarray, np.ndarray]:
         return self.both.on_chart(self.is_upper)
@@ -206,12 +201,11 @@ class LidSurface:
         that a joined surface has no bare line there, nor along the lashes of an eye that is nearly
         shut.
         """
-        open_px = -float((self.lash_px + self.below_px).min())
-        most, least = _OPEN
-        shut = min(max((most - open_px / self.width_px) / (most - least), 0.0), 1.0)
+        opened, (most, least) = self.both.opened[self.number], _OPEN
+        shut = min(max((most - opened) / (most - least), 0.0), 1.0)
         if not (self.is_upper and self.is_lower):
             return np.float32(shut)
-        deepest = max(0.5 * open_px / feather_px, 0.0)
+        deepest = max(0.5 * opened * self.width_px / feather_px, 0.0)
         covered: np.ndarray = np.maximum(_BEYOND, np.float32(shut * (1 + deepest)))
         return covered
 
@@ -232,85 +226,6 @@ class LidSurface:
             self, grid=grid, width_px=self.width_px * share,
             lash_px=self.lash_px * np.float32(share), below_px=self.below_px * np.float32(share),
         )  # fmt: skip
-
-
-class BothEyes:
-    """What kinds of makeup know of both eyes of a face, (2, 32, 48) each."""
-
-    def __init__(
-        self,
-        up: np.ndarray,
-        lash_px: np.ndarray,
-        below_px: np.ndarray,
-        widths_px: Sequence[float],
-        on_face: Callable[[], list[np.ndarray | None]],
-    ) -> None:
-        """widths_px: of the eyes; 1 for one that is not seen, so that nothing divides by 0.
-        on_face: makes that of each eye, see LidSurface."""
-        self._up, self._lash_px, self._below_px = up, lash_px, below_px
-        self._widths_px, self._on_face = widths_px, on_face
-
-    @cached_property
-    def on_face(self) -> list[np.ndarray | None]:
-        return self._on_face()
-
-    @cached_property
-    def to_lay(self) -> EyesToLay:
-        """As kernels/shares.cl takes them."""
-        rows_down = [CHART_ROWS / LID / width_px for width_px in self._widths_px]
-        fades = [0.5 / LID_STEP / width_px for width_px in self._widths_px]
-        return EyesToLay(self._up, self._lash_px, self._below_px, rows_down, fades)
-
-    @cached_property
-    def upper(self) -> EyeFields:
-        """The skin above both eyes."""
-        return self._fields(is_upper=True)
-
-    @cached_property
-    def lower(self) -> EyeFields:
-        """The skin below both eyes."""
-        return self._fields(is_upper=False)
-
-    def _fields(self, *, is_upper: bool) -> EyeFields:
-        wide = np.array(self._widths_px, np.float32)[:, None, None]
-        heights = self._up, self._lash_px, self._below_px
-        # not a method: the fields are kept here, and would refer back
-        lid_rise = partial(_lid_rise, self._lash_px)
-        return EyeFields(is_upper, _ACROSS, _RISE, heights, wide, lid_rise)
-
-    def on_chart(self, is_upper: bool) -> tuple[np.ndarray, np.ndarray]:
-        """See Surface. What lies beyond the lash line has its density."""
-        if is_upper:
-            rows: np.ndarray = self._up * np.float32(CHART_ROWS)
-        else:
-            rows = self._below_px * np.array(self.to_lay.rows_down, np.float32)[:, None, None]
-        y = rows.reshape(-1, SIZE_WH[0])
-        return _columns(len(y)), y
-
-    def joined(self, upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
-        """Densities above the eyes and below them, (coats, 2, 32, 48) -> both in one. Each fades
-        over a step of the grid beyond the middle between the lash lines, so that two colours that
-        meet there leave no bare line."""
-        fades = np.array(self.to_lay.fades, np.float32)[:, None, None]
-        beyond = (self._lash_px - self._below_px) * fades
-        above: np.ndarray = upper * np.minimum(np.maximum(1 + beyond, 0), 1)
-        np.maximum(above, lower * np.minimum(np.maximum(1 - beyond, 0), 1), out=above)
-        return above
-
-
-def _lid_rise(lash_px: np.ndarray) -> np.ndarray:
-    """(2, 1, 1): how far the upper lash line rises at LID_RISE_AT, in widths of the eye."""
-    rises = []
-    for first, second in lash_px[:, :2, _AT_LID_RISE].tolist():
-        row = first / max(first - second, 1e-6)  # heights fall evenly from row to row
-        rises.append(-_TOP - LID_STEP * row)
-    return np.array(rises, np.float32)[:, None, None]
-
-
-@cache
-def _columns(rows: int) -> np.ndarray:
-    """(rows, W) float32: the column of each place of the grids."""
-    return np.tile(COLUMNS.astype(np.float32), (rows, 1))
 
 
 class EyesRegion:
@@ -390,7 +305,7 @@ def _eye_place(
     if x * up_xy[0] + y * up_xy[1] > 0:
         x, y = -x, -y
     to_px = (
-        right * LID_STEP, x * LID_STEP, (x0 + x1) / 2 + right * LID_LEFT + x * _TOP,
-        down * LID_STEP, y * LID_STEP, (y0 + y1) / 2 + down * LID_LEFT + y * _TOP,
+        right * LID_STEP, x * LID_STEP, (x0 + x1) / 2 + right * LID_LEFT + x * TOP,
+        down * LID_STEP, y * LID_STEP, (y0 + y1) / 2 + down * LID_LEFT + y * TOP,
     )  # fmt: skip
     return GridPlace(to_px, to_px)

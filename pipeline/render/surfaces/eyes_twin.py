@@ -24,14 +24,8 @@ from makeup_video.kernels.surface import (
 )
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.render.grid import Grid, slopes_along
-from makeup_video.pipeline.render.surfaces.eyes import (
-    COLUMNS,
-    EYE_CURVES,
-    SIZE_WH,
-    BothEyes,
-    LidSurface,
-    eye_places,
-)
+from makeup_video.pipeline.render.surfaces.both_eyes import COLUMNS, SIZE_WH, BothEyes
+from makeup_video.pipeline.render.surfaces.eyes import EYE_CURVES, LidSurface, eye_places
 from makeup_video.pipeline.render.surfaces.face_outline import parts_on_face
 
 _ROWS = np.arange(SIZE_WH[1], dtype=np.float32)[:, None]

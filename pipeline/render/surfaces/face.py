@@ -131,6 +131,9 @@ class FaceSurface:
     def chart(self) -> FaceFields:
         return _CHART
 
+    def charts_of(self, charts: Charts) -> Sequence[np.ndarray]:
+        return [chart for chart in charts.on_sides if chart is not None]
+
     def on_chart(self) -> tuple[np.ndarray, np.ndarray]:
         (left, _), (top, _) = _CHARTED
         x, y = self.across - np.float32(left), self.down - np.float32(top)

@@ -89,6 +89,9 @@ class LipsSurface:
     def chart(self) -> LipsFields:
         return _CHART
 
+    def charts_of(self, charts: Charts) -> Sequence[np.ndarray]:
+        return [chart for chart in charts.on_sides if chart is not None]
+
     def on_chart(self) -> tuple[np.ndarray, np.ndarray]:
         columns = _inward(self.face, self.grid)
         columns *= np.float32(_CHART_PX)

@@ -1,7 +1,7 @@
 """A surface of a face, ready to be painted: the lips, one side of an eye, the whole face."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
@@ -16,9 +16,11 @@ class Charts:
 
     on_sides: on the chart of each side (h, w, coats) float32, 0..1; None where no coat lies, but
     not on all.
+    unfolded: of the first side, what was made of its chart for lids that unfold, see unfolded.py.
     """
 
     on_sides: tuple[np.ndarray | None, ...]
+    unfolded: dict[int, np.ndarray] = field(default_factory=dict)
 
 
 class Laid(NamedTuple):
@@ -79,6 +81,10 @@ class Surface(Protocol):
     def chart(self) -> Any:
         """The same for places on a chart of this side, (1, h, w), where densities are drawn once
         for a look. It is the same object for all faces."""
+        ...
+
+    def charts_of(self, charts: Charts) -> Sequence[np.ndarray]:
+        """The chart of this side for each surface of the region, or one for all of them."""
         ...
 
     def on_chart(self) -> tuple[np.ndarray, np.ndarray]:
