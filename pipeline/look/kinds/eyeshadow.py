@@ -36,6 +36,9 @@ _LID = _SLOTS["lid"]
 _SHARP, _FADE = 0.02, 2.0  # heights over which the lower border fades: at the corner, and beyond
 _ROUND = 0.45, 0.55  # widths of the eye from an end, where the upper border comes down; how far
 _SWEEP, _TAPER = 0.62, 0.55  # across, from which a wing's upper border rises; by its lift
+# How the outer end leans above the lash line: inwards, in widths of the eye by height; how much
+# softer it becomes; and up to which height.
+_LEANS, _SPREADS, _LEANS_TO = 0.14, 0.8, 1.5
 _SLIM = 0.45  # height under the inner corner, of that under the outer one
 # How much of a layer's width the lower border rises to its outer end, as an ellipse, and how far
 # beyond that end it would meet the lash line, in widths of the eye.
@@ -57,7 +60,7 @@ def _coats(at: EyePlaces, product: GraphicsParams, shape: Shape) -> list[Coat]:
         return []
     wide = 2 * shape["softness"] * (0.5 + product.edge_softness)
     density = rise(at.across, shape["inner"], 0.38 * wide)
-    density = density * fall(at.across, shape["outer"], 0.30 * wide)
+    density = density * _outer_end(at, shape, 0.30 * wide)
     if high:  # at 0 the lash line is the border
         own = at.height if at.is_upper or high < 0 else np.float32(0)
         top = own + _rounded(at, shape) - _lifted(at, shape)
@@ -74,6 +77,19 @@ def _coats(at: EyePlaces, product: GraphicsParams, shape: Shape) -> list[Coat]:
     if at.is_upper and high <= 0:
         density = density * (1 - _lash_line(at, 0.5 * height, wide))
     return [Coat(product, density)]
+
+
+def _outer_end(at: EyePlaces, shape: Shape, wide: float) -> "np.ndarray":
+    """The outer end: the higher above the lash line, the wider and further in, or it would be
+    upright. A wing rises beyond it."""
+    import numpy as np
+
+    if not at.is_upper:
+        return fall(at.across, shape["outer"], wide)
+    up = np.minimum(at.height, _LEANS_TO) * np.float32(1 - min(max(shape["lift"], 0), 1))
+    spread = 1 + _SPREADS * up
+    ended: np.ndarray = fall((at.across - shape["outer"] + _LEANS * up) / spread, 0.0, wide)
+    return ended
 
 
 def _depth(at: EyePlaces, shape: Shape) -> "np.ndarray":
