@@ -182,13 +182,13 @@ class Endpoints:
         """Serve the newest picture in full size, as PNG; with `both`, beside the one before."""
         room, both = self._room(request), "both" in request.query_params
         headers = {"content-disposition": 'attachment; filename="makeup.png"'}
-        if request.method == "HEAD":  # whether there is one, and its length, are not worth the work
+        if not room.session.has_picture:
+            raise HTTPException(404, "there is no picture yet")
+        if request.method == "HEAD":  # its length is not worth the work
             head = Response(media_type="image/png", headers=headers)
             del head.headers["content-length"]
             return head
         data = await self._downloads.run(request, lambda: _png(room.session.whole_picture(both)))
-        if data is None:
-            raise HTTPException(404, "there is no picture yet")
         return Response(data, media_type="image/png", headers=headers)
 
     async def shades(self, request: Request) -> Response:
@@ -257,11 +257,9 @@ def _file(name: str) -> Response:
     )
 
 
-def _png(rgb8: np.ndarray | None) -> bytes | None:
+def _png(rgb8: np.ndarray) -> bytes:
     import cv2
 
-    if rgb8 is None:
-        return None
     _, data = cv2.imencode(".png", rgb8[..., ::-1])
     return data.tobytes()
 

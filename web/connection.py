@@ -34,8 +34,8 @@ class ListeningSocket(socket.socket):
     """A listening socket that closes what connects beyond `most` open connections.
 
     uvicorn counts only connections that have sent a request, so idle ones, or TLS handshakes that
-    never end, would take all file descriptors of the run. On Windows asyncio's loop accepts without
-    it, so there is no limit.
+    never end, would take all file descriptors of the run. It counts only under a loop that accepts
+    by it, as a SelectorEventLoop does.
     """
 
     most = 160

@@ -89,6 +89,10 @@ class DemoSession:
     def choose_camera(self, name: str, size: str) -> None:
         raise UsageError("the demo has no camera: see makeup-video live")
 
+    @property
+    def has_picture(self) -> bool:
+        return True
+
     def whole_picture(self, both: bool) -> np.ndarray:
         paint = self._portrait.painted_and_bare if both else self._portrait.painted_whole
         return paint(self.look)

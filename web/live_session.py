@@ -160,11 +160,17 @@ class LiveSession:
         sinks = self._run.figures().sinks if name else ()
         return any(sink.name == name and not sink.is_over for sink in sinks)
 
-    def whole_picture(self, both: bool) -> np.ndarray | None:
+    @property
+    def has_picture(self) -> bool:
+        return self._sink.newest is not None
+
+    def whole_picture(self, both: bool) -> np.ndarray:
+        """Raises InputError when the camera sends none."""
+        picture = self._sink.newest
+        if picture is None or both:
+            picture = self._picture_with_both()
         if not both:
-            newest = self._sink.newest
-            return None if newest is None else upright_rgb(newest.frame)
-        picture = self._picture_with_both()
+            return upright_rgb(picture.frame)
         return np.hstack([_bare(picture), upright_rgb(picture.frame)])
 
     def thumbnail(self, look: Look) -> bytes:

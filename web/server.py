@@ -136,7 +136,10 @@ class Server:
         config.load()
         config.ssl = self._tls
         self._uvicorn = uvicorn.Server(config)
-        asyncio.run(self._serve(self._uvicorn, listening))
+        # Windows' own kind of loop would accept past the limit of the ListeningSocket, and read
+        # more at once than a Connection asks for. Elsewhere this is asyncio's own choice.
+        with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
+            runner.run(self._serve(self._uvicorn, listening))
 
     async def _serve(self, server: uvicorn.Server, listening: socket.socket) -> None:
         self._loop = loop = asyncio.get_running_loop()

@@ -183,8 +183,13 @@ class Session(Protocol):
         """Use another camera, or another size. Raises MakeupVideoError, and keeps the old one."""
         ...
 
-    def whole_picture(self, both: bool) -> np.ndarray | None:
-        """Return the newest picture, full size and upright: (H, W, 3) uint8 RGB, or None.
+    @property
+    def has_picture(self) -> bool:
+        """Whether there is a picture to download yet."""
+        ...
+
+    def whole_picture(self, both: bool) -> np.ndarray:
+        """Return the newest picture, full size and upright: (H, W, 3) uint8 RGB.
 
         both: the picture without makeup on the left, with it on the right.
         """

@@ -85,6 +85,10 @@ class StandIn:
     def take_portrait(self, photo, name):
         self.portraits.append((photo, name))
 
+    @property
+    def has_picture(self):
+        return self.picture is not None
+
     def whole_picture(self, both):
         return self.picture if not both else np.hstack([self.picture // 2, self.picture])
 

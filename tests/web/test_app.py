@@ -77,10 +77,13 @@ def test_the_whole_picture_is_a_png_to_download(show, url):
     np.testing.assert_array_equal(stored[..., ::-1], show.picture)
 
 
-def test_without_a_picture_there_is_nothing_to_download(url):
+@pytest.mark.parametrize("query", ["", "&both"])
+def test_without_a_picture_there_is_nothing_to_download(url, query):
     with Page(url):
-        answer = httpx.get(f"{url}/picture.png?session=stand-in")
+        address = f"{url}/picture.png?session=stand-in{query}"
+        answer, head = httpx.get(address), httpx.head(address)
     assert answer.status_code == 404 and answer.json() == {"error": "there is no picture yet"}
+    assert head.status_code == 404 and not head.content
 
 
 @pytest.mark.parametrize("session", ["", "unknown", "stand-in"])  # nobody watches the last one

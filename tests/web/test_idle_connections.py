@@ -1,5 +1,6 @@
 """Connections that nobody uses: they are closed beyond a number, and faults are one line."""
 
+import asyncio
 import contextlib
 import errno
 import os
@@ -48,6 +49,13 @@ def test_idle_connections_beyond_a_number_are_closed(few, tls):
             idle(url, stack)
         assert all(is_closed(idle(url, stack)) for _ in range(20))
     assert not log_lines
+
+
+def test_the_loop_is_one_that_accepts_by_the_listening_socket(monkeypatch):
+    """asyncio prefers another kind on Windows, which would pass by the limit."""
+    monkeypatch.setattr(asyncio.events, "new_event_loop", lambda: 1 / 0)
+    with serving(StandIn()) as url:
+        assert httpx.get(url).status_code == 200
 
 
 def test_a_page_goes_on_beside_idle_connections_and_after(few):

@@ -165,6 +165,7 @@ def test_the_whole_picture_is_upright_and_in_right_colours(parts, rotation_degre
 def test_before_the_first_frame_there_is_no_picture(parts):
     with serving(parts[3]) as url, Page(url):
         assert httpx.get(f"{url}/picture.png?session=live").status_code == 404
+        assert httpx.head(f"{url}/picture.png?session=live&both").status_code == 404
 
 
 def test_a_camera_takes_no_portrait(parts):

@@ -24,6 +24,8 @@ class Slow(StandIn):
         self.begun.put(what)
         assert self.go_on.wait(20)
 
+    has_picture = True
+
     def whole_picture(self, both):
         self._make("picture")
         return np.zeros((2, 2, 3), np.uint8)
