@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 _THREADS_END_SECONDS = 1.0
 _STOPPED = 130
 _UNWRITTEN = 4
+_COMPLETE = "_MAKEUP_VIDEO_COMPLETE"  # set by a shell that completes a line
 _NO_MEMORY = (
     "std::bad_alloc",
     "failed to map segment",
@@ -132,6 +133,9 @@ def _report_error(error: Exception) -> int:
     if type(error).__name__ == "OutputError":  # of a page of help
         log(f"OutputError: {error}")
         return _UNWRITTEN
+    if line := _completion_line(error):
+        log(f"OutputError: {line}")
+        return _UNWRITTEN
     if _is_out_of_memory(error):
         log(
             "TooLittleMemoryError: there is not enough memory for this: close other programs, or "
@@ -143,6 +147,21 @@ def _report_error(error: Exception) -> int:
         "Run again with --debug and report it."
     )
     return 1
+
+
+def _completion_line(error: Exception) -> str:
+    """What Typer's own code could not write for the completion of a shell; "" for other errors."""
+    is_install = "--install-completion" in sys.argv
+    if not (is_install or "--show-completion" in sys.argv or _COMPLETE in os.environ):
+        return ""
+    advice = "; --show-completion prints the lines instead"
+    if isinstance(error, OSError) and error.filename is None:
+        return f"stdout cannot be written: {error.strerror}"
+    if isinstance(error, OSError):
+        return f"{error.filename} cannot be written: {error.strerror}{advice}"
+    if is_install:  # there is no home folder, or a .bashrc is not UTF-8
+        return f"the completion cannot be installed: {error}{advice}"
+    return ""
 
 
 def _is_out_of_memory(error: Exception) -> bool:
