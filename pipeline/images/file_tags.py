@@ -1,4 +1,4 @@
-"""What PNG and JPEG files hold beside their pixels and beside what OpenCV returns.
+"""What PNG, JPEG and HEIF files hold beside their pixels and beside what OpenCV returns.
 
 PNG (W3C, third edition), section 11.3; JPEG File Interchange Format 1.02.
 """
@@ -9,6 +9,7 @@ import zlib
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from makeup_video.pipeline.images.heif import is_heif, losses
 from makeup_video.pipeline.images.jpeg_segments import (
     APP1,
     APP2,
@@ -73,6 +74,8 @@ def file_tags(data: bytes) -> FileTags:
     """The tags of a picture's file. A file that is damaged has those before the damage."""
     if data.startswith(PNG_MARK):
         return _tags_of_png(data)
+    if is_heif(data):
+        return _tags_of_heif(data)
     return _tags_of_jpeg(data) if data.startswith(JPEG_MARK) else FileTags("")
 
 
@@ -144,6 +147,12 @@ def _tags_of_jpeg(data: bytes) -> FileTags:
             per_metre = (round(across * _PER_METRE[unit]), round(down * _PER_METRE[unit]))
     names, changed = ("comment",) if comments else (), ("CMYK -> RGB",) if is_cmyk(found) else ()
     return FileTags("jpeg", names, comments, per_metre, _lost_behind(found), changed)
+
+
+def _tags_of_heif(data: bytes) -> FileTags:
+    beside, changed = losses(data)
+    lost = (f"{', '.join(beside)}: the picture is written alone",) if beside else ()
+    return FileTags("", lost=lost, conversions=tuple(changed))
 
 
 def _lost_behind(found: Sequence[Segment]) -> tuple[str, ...]:

@@ -17,8 +17,17 @@ _OTHERS = {b"avif", b"avis"}
 HEAD_BYTES = 64  # of the file: enough for the brands that cameras write
 _BANDS_PX = 1_000_000  # colours are converted in bands of this many pixels, which bounds the memory
 # ITU-T H.273. Other primaries of SDR photos are close to sRGB's, or unspecified.
-_WIDE_PRIMARIES = (9, 12)
-_HDR_TRANSFERS = (16, 18)  # PQ and HLG
+_WIDE_PRIMARIES = {9: "BT.2020", 12: "Display P3"}
+_HDR_TRANSFERS = {16: "PQ", 18: "HLG"}
+# How a file names what stands beside its picture: ISO/IEC 23008-12, 6.5.8; ISO 21496-1 (an item of
+# the kind "tmap"); and Apple's names. pi-heif does not list all of them.
+_BESIDE = {
+    b":hdrgainmap\0": "gain map of HDR",
+    b"tmap\0": "gain map of HDR",
+    b":auxid:2\0": "depth",
+    b":disparity\0": "depth",
+    b"matte\0": "masks of the camera",
+}
 
 # What pi-heif raises for damaged files.
 _DAMAGE = (OSError, ValueError, SyntaxError, RuntimeError, EOFError, IndexError)
@@ -97,16 +106,47 @@ def decode(data: bytes, name: object) -> tuple[np.ndarray, dict[str, Any]]:
     return pixels, info
 
 
+def losses(data: bytes) -> tuple[list[str], list[str]]:
+    """What `decode` leaves out of a photo that it has decoded, and what it changes, in words."""
+    pi_heif = _library("this")
+    try:
+        file = pi_heif.open_heif(BytesIO(data))
+        picture = file[file.primary_index]
+    except _DAMAGE:
+        return [], []
+    info, is_grey = picture.info, not picture.mode.startswith("RGB")
+    beside = [name for mark, name in _BESIDE.items() if mark in data]
+    if len(file) > 1:
+        beside.append("further pictures")
+    is_kept = is_grey or info.get("icc_profile")
+    colours = "" if is_kept else _colours(info.get("nclx_profile"))
+    return list(dict.fromkeys(beside)), [f"{colours} -> sRGB"] if colours else []
+
+
+def _code_points(nclx: dict[str, Any] | None) -> tuple[int, int]:
+    """(primaries, transfer) of pi-heif's numbers."""
+    numbers = nclx or {}
+    primaries = numbers.get("color_primaries", 1)
+    return int(primaries), int(numbers.get("transfer_characteristics", 13))
+
+
+def _colours(nclx: dict[str, Any] | None) -> str:
+    """The name of colours that have to become sRGB; "" where they may stay."""
+    primaries, transfer = _code_points(nclx)
+    if transfer in _HDR_TRANSFERS:
+        return f"HDR ({_HDR_TRANSFERS[transfer]})"
+    return _WIDE_PRIMARIES.get(primaries, "")
+
+
 def to_srgb(pixels: np.ndarray, nclx: dict[str, Any] | None) -> np.ndarray:
     """Convert wide-gamut and HDR colours to sRGB, highlights rolled off.
 
     pixels: (H, W, 3 or 4) uint8 or uint16, encoded; alpha stays. nclx: pi-heif's numbers of ITU-T
     H.273; None counts as sRGB. The very same array when it is sRGB already.
     """
-    primaries = int((nclx or {}).get("color_primaries", 1))
-    transfer = int((nclx or {}).get("transfer_characteristics", 13))
-    if primaries not in _WIDE_PRIMARIES and transfer not in _HDR_TRANSFERS:
+    if not _colours(nclx):
         return pixels
+    primaries, transfer = _code_points(nclx)
     from makeup_video.kernels.colour import SRGB, from_srgb_primaries, to_encoded, to_linear
     from makeup_video.pipeline.images.hdr_preview import rolled_off
 

@@ -23,14 +23,17 @@ def heic(
     colr=None,
     exif=None,
     gain_map=None,
+    aux=GAIN_MAP,
     thumbnail=None,
+    further=None,
 ):
     """The bytes of a HEIC file that shows rgb8 turned counter-clockwise by rotation_degrees.
 
     tile_px: side of square tiles; None stores one picture.  mirror: then exchange top and bottom
     (0) or left and right (1).  colr: content of a `colr` box (`nclx` or `icc`).  exif: a TIFF
     structure.  gain_map, thumbnail: (H, W, 3) uint8, stored as pictures beside the primary one;
-    the gain map in tiles where the primary picture is.
+    the gain map in tiles where the primary picture is.  aux: what the gain map is said to be; ""
+    leaves only the newer form of a gain map.  further: (H, W, 3) uint8, one more photo.
     """
     file = _File()
     turns = [*_rotation(rotation_degrees), *_mirror(mirror)]
@@ -39,12 +42,16 @@ def heic(
     if thumbnail is not None:
         file.references.append((b"thmb", file.add_picture(thumbnail, 8, turns), [primary]))
     if gain_map is not None:
-        aux = full_box(b"auxC", GAIN_MAP.encode() + b"\0")
-        gains = file.add_tiled(gain_map, tile_px, 8, [aux, *turns])
-        file.references.append((b"auxl", gains, [primary]))
-        # since iOS 18 also as ISO 21496-1: an alternative picture made of both
-        toned = file.add(b"tmap", TONE_MAP, [_ispe(*rgb8.shape[1::-1]), *turns])
-        file.references.append((b"dimg", toned, [primary, gains]))
+        kind = [full_box(b"auxC", aux.encode() + b"\0")] if aux else []
+        gains = file.add_tiled(gain_map, tile_px, 8, [*kind, *turns])
+        if aux:
+            file.references.append((b"auxl", gains, [primary]))
+        if aux in (GAIN_MAP, ""):
+            # since iOS 18 also as ISO 21496-1: an alternative picture made of both
+            toned = file.add(b"tmap", TONE_MAP, [_ispe(*rgb8.shape[1::-1]), *turns])
+            file.references.append((b"dimg", toned, [primary, gains]))
+    if further is not None:
+        file.shown.append(file.add_picture(further, 8))
     if exif is not None:
         block = file.add(b"Exif", struct.pack(">I", 0) + exif, [])
         file.references.append((b"cdsc", block, [primary]))
@@ -114,6 +121,7 @@ class _File:
     items: list = field(default_factory=list)  # (kind, data, numbers of properties)
     properties: list = field(default_factory=list)
     references: list = field(default_factory=list)  # (kind, from, [to])
+    shown: list = field(default_factory=list)  # numbers of further pictures
 
     def add(self, kind, data, properties):
         """Add an item; returns its number, which begins at 1."""
@@ -154,7 +162,7 @@ class _File:
     def _meta(self, primary, data_offset):
         entries, places, links = [], [], []
         for number, (kind, data, numbers) in enumerate(self.items, 1):
-            hidden = number != primary
+            hidden = number not in (primary, *self.shown)
             entry = struct.pack(">HH", number, 0) + kind + b"\0"
             entries.append(full_box(b"infe", entry, 2, int(hidden)))
             places.append(struct.pack(">HHHII", number, 0, 1, data_offset, len(data)))

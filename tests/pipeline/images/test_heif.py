@@ -13,7 +13,8 @@ from makeup_video.pipeline import DecodeError, InstallError, PhotoError
 from makeup_video.pipeline.images.heif import is_heif, to_srgb
 from makeup_video.pipeline.images.photo_file import read_photo
 from makeup_video.pipeline.images.picture_file import decode_picture, is_picture, read_bytes
-from makeup_video.pipeline.offline.picture import open_picture
+from makeup_video.pipeline.offline.picture import open_picture, process_picture
+from makeup_video.pipeline.offline.settings import Settings
 from picture_files import EXIF, ICC, exif
 from PIL import ImageCms
 
@@ -89,6 +90,47 @@ def test_gain_map_and_thumbnail_are_no_part_of_the_photo(tmp_path, tile_px, bit_
     full.write_bytes(heif_files.heic(rgb8, **shared, **beside, exif=exif(6)))
     np.testing.assert_array_equal(read_photo(full), read_photo(plain))
     np.testing.assert_array_equal(painted_from(full)[1], painted_from(plain)[1])
+
+
+@pytest.mark.parametrize(
+    ("aux", "name"),
+    [
+        (heif_files.GAIN_MAP, "gain map of HDR"),
+        ("", "gain map of HDR"),
+        ("urn:mpeg:hevc:2015:auxid:2", "depth"),
+        ("urn:com:apple:photo:2018:aux:portraiteffectsmatte", "masks of the camera"),
+        ("urn:mpeg:hevc:2015:auxid:1", None),  # transparency, which is kept
+    ],
+)
+def test_what_stands_beside_a_heic_photo_has_a_line(tmp_path, aux, name):
+    path, out = tmp_path / "in.heic", tmp_path / "out.png"
+    path.write_bytes(heif_files.heic(colours(), gain_map=colours(), aux=aux))
+    report = process_picture(path, out, lambda frame: frame, Settings())
+    assert report.dropped == ([f"{name}: the picture is written alone"] if name else [])
+
+
+def test_further_pictures_of_a_heic_photo_have_a_line(tmp_path):
+    path, out = tmp_path / "in.heic", tmp_path / "out.png"
+    path.write_bytes(heif_files.heic(colours(), further=colours(seed=1)))
+    report = process_picture(path, out, lambda frame: frame, Settings())
+    assert report.dropped == ["further pictures: the picture is written alone"]
+
+
+@pytest.mark.parametrize(
+    ("code_points", "line"),
+    [
+        ((9, 16, 9), "HDR (PQ) -> sRGB"),
+        ((9, 18, 9), "HDR (HLG) -> sRGB"),
+        ((12, 13, 1), "Display P3 -> sRGB"),
+        ((9, 1, 9), "BT.2020 -> sRGB"),
+        ((1, 13, 1), None),
+    ],
+)
+def test_colours_that_become_srgb_have_a_line(tmp_path, code_points, line):
+    path, out = tmp_path / "in.heic", tmp_path / "out.png"
+    path.write_bytes(heif_files.heic(colours(), colr=heif_files.nclx(*code_points)))
+    report = process_picture(path, out, lambda frame: frame, Settings())
+    assert report.conversions == ([line] if line else [])
 
 
 def test_a_profile_counts_for_a_look_and_is_kept_for_painting(tmp_path):
