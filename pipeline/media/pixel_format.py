@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 # Pixel formats whose 16-bit words have room for more than the bits of a sample.
 _ROOMY = re.compile(r"(yuva?\d{3}p|gbra?p|gray)(9|10|12|14)le")
+# One plane, or a second one of transparency ("ya"): integers or floats, of 8 bits without a number.
+_GREY = re.compile(r"(gray|ya)f?(\d*)(?:[lb]e)?")
 _TRANSFER_NAMES = {PQ: "PQ", HLG: "HLG"}
 
 
@@ -46,14 +48,20 @@ def pick_pix_fmt(source: str, codec: VideoCodec, depth: int | None = None) -> st
         )
     if source in fitting:
         return source
-    if source.startswith("gray"):
-        source = source.replace("gray", "yuv420p", 1)  # FFmpeg would choose full-range 4:4:4
+    if (grey := _GREY.fullmatch(source)) is not None:
+        source = _in_420(*grey.groups())  # FFmpeg would choose full-range 4:4:4
     if _is_rgb(source) and codec.depth is not None and codec.depth == wanted:
         source = "yuv420p"  # few players take 4:4:4
     has_alpha = any(c.is_alpha for c in av.VideoFormat(source).components)
     best, _loss = find_best_pix_fmt_of_list(fitting, source, has_alpha)
     assert best is not None
     return best.name
+
+
+def _in_420(kind: str, bits: str) -> str:
+    """The 4:2:0 format that holds as much as one without colour; none has more than 16 bits."""
+    plain = "yuva420p" if kind == "ya" else "yuv420p"
+    return plain if bits in ("", "8") else f"{plain}{min(int(bits), 16)}le"
 
 
 class ConvertPixelFormat:

@@ -3,12 +3,13 @@
 import av
 import numpy as np
 import pytest
+from av.video.format import names
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import DecodeError
 from makeup_video.pipeline.frames.frame import plane_views
 from makeup_video.pipeline.media.codecs import CODECS
-from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat, bits_of
+from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat, bits_of, pick_pix_fmt
 from media import picture
 
 
@@ -120,3 +121,16 @@ def test_a_picture_gets_the_same_10_bits_each_time(size_wh):
         out = ConvertPixelFormat(CODECS["ffv1"], 10)(frame)
         seen.add(b"".join(plane.tobytes() for plane in plane_views(out, 10)))
     assert len(seen) == 1
+
+
+@pytest.mark.parametrize("codec", CODECS.values(), ids=lambda codec: codec.name)
+def test_grey_pictures_get_no_chroma_that_they_do_not_need(codec):
+    grey = [name for name in names if name.startswith(("gray", "ya8", "ya16", "yaf"))]
+    assert {"gray", "gray16le", "grayf32le", "ya8"} <= set(grey)
+    colourful = pick_pix_fmt("yuv420p", codec), pick_pix_fmt("yuva420p", codec)
+    for name in grey:
+        chosen = pick_pix_fmt(name, codec)
+        plain = colourful[name.startswith("ya")]
+        # ProRes has neither 4:2:0 nor transparency in 4:2:2; deep 4:2:0 has no transparency in FFV1
+        assert chosen[:7] == plain[:7] or codec.name in ("prores", "ffv1"), (name, chosen)
+        assert not chosen.startswith("yuvj")

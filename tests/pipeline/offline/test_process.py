@@ -213,7 +213,7 @@ def test_layouts_that_do_not_fit_are_converted_and_reported(tmp_path, codec):
     assert ("a bit depth of 10 keeps more" in conversion) == (codec == "h264")
 
 
-@pytest.mark.parametrize("pix_fmt", ["bgra", "gbrp10le", "gray", "yuv410p", "yuv411p"])
+@pytest.mark.parametrize("pix_fmt", ["bgra", "gbrp10le", "gray", "ya8", "yuv410p", "yuv411p"])
 def test_unusual_layouts_come_out_looking_the_same(tmp_path, pix_fmt):
     src = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt=pix_fmt, size_wh=(128, 64))
     report = through(src, tmp_path / "out.mp4", crf=1)
