@@ -98,14 +98,21 @@ def other_version(python: str) -> "Version":
 
 
 def sample_clip(clip: str | None) -> Path:
-    """The clip to measure with, by default our sample. Raises InputError where it is missing."""
+    """The clip to measure with, by default our sample.
+
+    Raises InputError where it is missing, and for a picture.
+    """
     from makeup_video.pipeline import InputError
     from makeup_video.pipeline.files.local_file import local_file
+    from makeup_video.pipeline.images.picture_file import is_picture
 
     source = Path(clip) if clip else _SAMPLES / "in.mp4"
     if clip is None and not source.exists():
         raise InputError(f"the sample {source} is not installed: give a CLIP to measure with")
-    return local_file(source, "video")
+    source = local_file(source, "video")
+    if is_picture(source):
+        raise InputError(f"{source} is a picture, and a benchmark needs a video: give one")
+    return source
 
 
 def check_look(look: str | None, ref: str | None) -> None:

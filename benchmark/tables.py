@@ -1,5 +1,6 @@
 """The results of `makeup-video bench` as tables."""
 
+import io
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
@@ -10,19 +11,19 @@ _STAGE_HEAD = ("", "wall time: mean", "p50", "p95", "own CPU time: mean", "p50",
 _STAGE_KEYS = ("mean_ms", "p50_ms", "p95_ms", "cpu_mean_ms", "cpu_p50_ms")
 
 
-def print_tables(results: _Values) -> None:
-    """Print everything that was measured on stdout; of two versions also a line for each size."""
+def drawn(results: _Values, *, is_terminal: bool) -> str:
+    """Everything that was measured, as text; of two versions also a line for each size."""
     from rich.console import Console
     from rich.table import Table
 
-    console = Console()
+    text = io.StringIO()
+    console = Console(file=text, force_terminal=is_terminal or None)
     for title, head, rows in tables(results):
         table = Table(*head, title=title, title_justify="left")
         for row in rows:
             table.add_row(*row)
         console.print(table)
-    for line in verdicts(results):
-        print(line)
+    return text.getvalue() + "".join(f"{line}\n" for line in verdicts(results))
 
 
 def tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:

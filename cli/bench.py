@@ -1,6 +1,7 @@
 """`makeup-video bench`: what the product costs beside the bare codec, in one run."""
 
 import json
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -182,6 +183,7 @@ def _show(results: dict[str, Any], plot: str | None, as_json: bool) -> None:
     if as_json:
         print_result(json.dumps(results, indent=2) + "\n")
         return
-    from makeup_video.benchmark.tables import print_tables
+    from makeup_video.benchmark.tables import drawn
 
-    print_tables(results)
+    is_terminal = sys.stdout is not None and sys.stdout.isatty()
+    print_result(drawn(results, is_terminal=is_terminal))

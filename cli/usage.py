@@ -113,4 +113,5 @@ def _unknown_option(option: str, ctx: Any, command: str) -> tuple[str, list[str]
 
 
 def _options(params: Iterable[Any]) -> list[str]:
-    return [name for param in params for name in (*param.opts, *param.secondary_opts)]
+    options = [param for param in params if param.param_type_name == "option"]
+    return [name for param in options for name in (*param.opts, *param.secondary_opts)]

@@ -196,9 +196,10 @@ def container_of(path: str | os.PathLike[str]) -> str:
     """FFmpeg's muxer name for an output path. Raises UsageError for any other extension."""
     suffix = os.path.splitext(os.fspath(path))[1].lower()
     if suffix not in CONTAINERS:
+        is_bare = os.path.basename(path).lower() in CONTAINERS  # a hidden file
         raise UsageError(
             f"{option('output')} must end in {', '.join(CONTAINERS)} for a video or a GIF, got "
-            f"{os.fspath(path)!r}"
+            f"{os.fspath(path)!r}{' without a name before it' if is_bare else ''}"
         )
     return CONTAINERS[suffix]
 

@@ -66,9 +66,10 @@ def open_picture(path: Path) -> OpenedPicture:
 def check_suffix(src: Path, dst: Path) -> None:
     """Raises UsageError for an output whose name is not that of a picture."""
     if dst.suffix.lower() not in WRITERS:
+        is_bare = dst.name.lower() in WRITERS  # a hidden file, to Python and to shells
         raise UsageError(
             f"{src} is a picture: the output must end in .jpg, .png or .webp, got "
-            f"{dst.suffix or dst.name}"
+            f"{dst.suffix or dst.name}{' without a name before it' if is_bare else ''}"
         )
 
 

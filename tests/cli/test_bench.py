@@ -2,6 +2,7 @@
 
 import json
 import sys
+from pathlib import Path
 
 import cv2
 import pytest
@@ -9,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.benchmark import film_costs, plots, suite
 from makeup_video.benchmark.renderer import full_look
+from makeup_video.cli import bench
 from makeup_video.cli.app import app
-from makeup_video.pipeline import UsageError
+from makeup_video.pipeline import OutputError, UsageError
 from people import SAMPLES, film, grey
 from typer.testing import CliRunner
 
@@ -58,7 +60,7 @@ def test_json_holds_every_number(results):
 
 
 def test_every_number_is_printed_in_tables(results):
-    from makeup_video.benchmark.tables import tables
+    from makeup_video.benchmark.tables import drawn, tables
 
     more = {
         "faces": {"height_px": 720, "further_face_cpu_ms": 2.5,
@@ -68,13 +70,27 @@ def test_every_number_is_printed_in_tables(results):
         "length": {"size": "360p", "minutes": 60.0, "fps": 150.0, "peak_memory_mb": 250.0,
                    "growth": 1.001, "memory": []},
     }  # fmt: skip
-    drawn = list(tables(results | more))
-    assert len(drawn) == 7
-    for title, head, rows in drawn:
+    found = list(tables(results | more))
+    assert len(found) == 7
+    for title, head, rows in found:
         assert title and rows and all(len(row) == len(head) for row in rows)
-    text = str(drawn)
+    assert found[0][0][:40] in drawn(results | more, is_terminal=False)
+    text = str(found)
     for word in ("whole product / bare", "not codec", "measured / floor", "1.001", "composite"):
         assert word in text
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="writes to a device that is always full")
+def test_tables_that_cannot_be_printed_are_one_line(results, monkeypatch):
+    full = open("/dev/full", "w")  # noqa: SIM115
+    monkeypatch.setattr(sys, "stdout", full)
+    with pytest.raises(OutputError, match="stdout cannot be written: No space left"):
+        bench._show(results, None, False)
+
+
+def test_a_picture_is_no_clip_to_measure_with():
+    done = run("bench", SAMPLES / "portrait.jpg")
+    assert done.exit_code == 3 and "is a picture, and a benchmark needs a video" in done.output
 
 
 @given(st.lists(st.integers(1, 2160).map(lambda half: 2 * half), min_size=1, max_size=4))

@@ -57,6 +57,7 @@ from media import damage, decoded, make_clip
         (["in.mp4", "--look", "none", "-o", "in.mp4", "-y"], 2, "output is the input"),
         (["in.mp4", "--look", "none", "-o", "old.mp4"], 2, "exists already"),
         (["in.mp4", "--look", "none", "-o", "out.xyz"], 2, "--output must end in .mp4, "),
+        (["in.mp4", "--look", "none", "-o", ".mp4"], 2, "got '.mp4' without a name before it"),
         (["in.mp4", "--look", "none", "-o", "no/out.mp4"], 4, "OutputError: the folder no"),
         (["in.mp4", "--look", "none", "-o", "out.mp4", "--codec", "x"], 2, "--codec must be"),
         (["in.mp4", "--look", "none", "-o", "out.mp4", "--crf", "99"], 2, "--crf must be in 0..51"),

@@ -31,6 +31,7 @@ def folder(tmp_path, monkeypatch):
         (["Lvie", "--ref", "a.jpg"], "did you mean live?", "makeup-video --help"),
         (["in.mp4", "--colr", "B02"], "--colr: did you mean --color?", "makeup-video --help"),
         (["estimate", "a.jpg", "--jsn"], "did you mean --json?", "makeup-video estimate --help"),
+        (["demo", "--portrait", "a.jpg"], "no option --portrait.", "makeup-video demo --help"),
         (["in.mp4", "--helpp"], "did you mean --help?", "makeup-video --help"),
         (["in.mp4", "--foo"], "has no option --foo.", "makeup-video --help"),
         (["in.mp4", "--qqqq"], "has no option --qqqq.", "makeup-video --help"),

@@ -199,7 +199,7 @@ def test_colours_of_transparent_pixels_are_kept(tmp_path, end):
     np.testing.assert_array_equal(read_picture(tmp_path / f"out{end}")[0], pixels)
 
 
-@pytest.mark.parametrize("name", ["out.mp4", "out", "out.gif"])
+@pytest.mark.parametrize("name", ["out.mp4", "out", "out.gif", ".jpg"])
 def test_a_picture_cannot_become_a_video(tmp_path, name):
     with pytest.raises(UsageError, match=r"must end in \.jpg"):
         process_video(write(tmp_path / "in.png", scene()), tmp_path / name)
