@@ -297,8 +297,8 @@ class Decoder:
             self._check_excerpt()
             where = "in it" if is_whole else "in the chosen excerpt"
             raise DecodeError(
-                f"{source.path}: no frame could be decoded {where} "
-                f"({stats.packets} packets, {stats.decode_errors} errors). Give a file that plays.",
+                f"{source.path}: no frame could be decoded {where} (packets: {stats.packets}, "
+                f"errors: {stats.decode_errors}). Give a file that plays.",
                 shows_nothing=True,
             )
 

@@ -112,12 +112,16 @@ class Report:
 
     def _damage(self) -> str:
         counts = {
-            "frames damaged": self.corrupt_frames,
-            "frames lost": self.lost_frames,
-            "packets not decodable": self.decode_errors,
-            "packets of other streams left out": self.skipped_packets,
+            ("frame", "damaged"): self.corrupt_frames,
+            ("frame", "lost"): self.lost_frames,
+            ("packet", "not decodable"): self.decode_errors,
+            ("packet", "of other streams left out"): self.skipped_packets,
         }
-        parts = [f"{count} {name}" for name, count in counts.items() if count]
+        parts = [
+            f"{count} {noun}{'' if count == 1 else 's'} {what}"
+            for (noun, what), count in counts.items()
+            if count
+        ]
         if self.truncated:
             parts.insert(0, "the file ends early")
         return "the input is damaged: " + ", ".join(parts)
