@@ -36,6 +36,11 @@ class Sidecar:
     ) -> None:
         if not os.fspath(path):
             raise UsageError(f"the name of {self.what} is empty: give one")
+        if os.fspath(path) == "-":  # of many programs the name of stdout
+            raise UsageError(
+                f"{self.what} is not written to stdout, got -: give a file, or ./- for one of that "
+                "name"
+            )
         source, self.path = local_file(src), Path(path)
         with write_errors(self.path):
             if self.path.is_dir() or os.fspath(path).endswith(os.sep):

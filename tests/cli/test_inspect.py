@@ -79,6 +79,7 @@ def test_quiet_prints_nothing(folder):
         (["in.mp4", "-o", "out.mp4", "--json", "link.json", "-y"], 2, "own files"),
         (["in.mp4", "-o", "out.mp4", "--json", "old.json"], 2, "add -y"),
         (["in.mp4", "-o", "out.mp4", "--json", "no/where.json"], 4, "does not exist"),
+        (["in.mp4", "-o", "out.mp4", "--json", "-"], 2, "stdout, got -: give a file, or ./- for"),
         (["in.mp4", "-o", "out.mp4", "--json", "."], 4, "is a folder"),
         (["in.mp4", "-o", "out.mp4", "--json", "/"], 4, "is a folder"),
         (["in.mp4", "-o", "", "--json", "p.json"], 2, "must end in"),
