@@ -170,6 +170,13 @@ class Recording:
         self._container.start_encoding()
         return encoder
 
+    def _is_empty(self) -> bool:
+        """True where the disk was full from the start: pictures wait in memory at first."""
+        try:
+            return self._part.stat().st_size == 0
+        except OSError:  # somebody else removed it
+            return False
+
     def _leave(self, error: Exception) -> None:
         """Close the file as far as possible, and add its name to the error."""
         if self._sound is not None:
@@ -179,7 +186,7 @@ class Recording:
         self._release()
         if self._target is None:
             return
-        if not self.sent:
+        if not self.sent or self._is_empty():
             self._target.discard()
             return
         self._target.leave()

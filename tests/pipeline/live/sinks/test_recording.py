@@ -155,8 +155,8 @@ def test_pictures_of_another_size_end_it_in_one_line(tmp_path):
 
 FULL_DISK = """
 import resource, signal, sys
-sys.path[:0] = sys.argv[2:]
-resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
+sys.path[:0] = sys.argv[3:]
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), int(sys.argv[2])))
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 from test_recording import live
 from makeup_video.pipeline.live.sinks.recording import Recording
@@ -179,14 +179,27 @@ def frames_that_play(path):
     return count
 
 
+def recorded_with_room(path, most_bytes):
+    """What a recording prints whose files may have so many bytes."""
+    folders = Path(__file__).parent, Path(media.__file__).parent
+    return subprocess.run(
+        [sys.executable, "-c", FULL_DISK, path, str(most_bytes), *folders],
+        capture_output=True, text=True, timeout=60, check=True,
+    ).stdout  # fmt: skip
+
+
+@pytest.mark.parametrize("end", [".mkv", ".mp4"])
+def test_a_disk_that_was_full_before_leaves_no_empty_part(tmp_path, end):
+    output = recorded_with_room(tmp_path / f"out{end}", 0)
+    assert "cannot be written" in output and "so far" not in output
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("end", [".mkv", ".mp4"])
 def test_a_full_disk_is_one_line_and_what_was_recorded_plays(tmp_path, end):
     """A limit on file sizes stands in for a full disk; the kernel's error is almost the same."""
-    path, here = tmp_path / f"out{end}", Path(__file__).parent
-    output = subprocess.run(
-        [sys.executable, "-c", FULL_DISK, str(path), str(here), str(Path(media.__file__).parent)],
-        capture_output=True, text=True, timeout=60, check=True,
-    ).stdout  # fmt: skip
+    path = tmp_path / f"out{end}"
+    output = recorded_with_room(path, 200_000)
     part = tmp_path / f"out.part{end}"
     assert "cannot be written" in output and len(output.splitlines()) == 1
     assert output.strip().endswith(f"the recording so far is {part}")
