@@ -98,7 +98,7 @@ def apply(
     from makeup_video.pipeline import UsageError
 
     outputs: list[str] = []
-    with report_errors("apply", outputs, debug), NewFolders() as folders:
+    with report_errors("apply", outputs, debug, loads_more=True), NewFolders() as folders:
         settings = how.settings(
             look, overwrite=overwrite, split=split, jobs=jobs, on_whole=mark_output_whole
         )
@@ -150,12 +150,13 @@ def _paint_one(
 ) -> "Report":
     from makeup_video.cli.progress import show_progress
     from makeup_video.pipeline import process_video
-    from makeup_video.pipeline.engine.machine import return_large_blocks
+    from makeup_video.pipeline.engine.machine import return_large_blocks, seek_garbage
 
     with _sidecars(run, [output], [look], settings.overwrite) as files:
         painted = _look_for(run, look)
         if not painted.is_bare and cluster.ray is None:
             settle_kernels(run.quiet)
+        seek_garbage()
         return_large_blocks()  # from now on: a photo is read in large blocks, which are used again
         with (
             cluster.workers(settings.jobs, lambda count: None) as workers,
@@ -174,7 +175,7 @@ def _paint_several(
     from makeup_video.cli.many import titled
     from makeup_video.cli.progress import show_progress
     from makeup_video.pipeline import UsageError, process_looks
-    from makeup_video.pipeline.engine.machine import return_large_blocks
+    from makeup_video.pipeline.engine.machine import return_large_blocks, seek_garbage
 
     if run.save_look is not None:
         raise UsageError("--save-look writes one look, and several are painted: leave it out")
@@ -184,6 +185,7 @@ def _paint_several(
         }
         if not all(look.is_bare for look in painted.values()):
             settle_kernels(run.quiet)
+        seek_garbage()
         return_large_blocks()
         names = dict(zip(painted, (look.fields["look"] for look in looks), strict=True))
         with show_progress(run.quiet) as on_progress:

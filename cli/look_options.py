@@ -224,8 +224,10 @@ def look_of_photo(photo: str, face: str, may_be_bare: bool, quiet: bool) -> "Loo
     Raises UsageError, InputError, PhotoError.
     """
     from makeup_video.pipeline import PhotoError
+    from makeup_video.pipeline.engine.machine import seek_garbage
     from makeup_video.pipeline.reference.estimate import estimate_photo
 
+    seek_garbage()
     check_photo(photo)
     read = estimate_photo(photo, face)
     if read.look.is_bare and not may_be_bare:

@@ -1,6 +1,7 @@
 """`makeup-video`: starts fast, reports errors in one line, ends with a documented exit code."""
 
 # Next to nothing is imported before `main` handles Ctrl-C.
+import gc
 import os
 import signal
 import sys
@@ -38,6 +39,7 @@ def main() -> None:
         # a supervisor's SIGTERM and a closed terminal stop a run as Ctrl-C does: cleanly, with a
         # playable part file
         _handle_stop_signals(_interrupt)
+        gc.disable()  # while modules are loaded: see `seek_garbage`
         # numpy would start threads that wait for work by spinning, and our matrices are small
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         # Typer takes a tenth of a second: Ctrl-C in that time is handled here, too

@@ -28,15 +28,19 @@ _NAMES = {
 
 @contextmanager
 def report_errors(
-    command: str, outputs: Sequence[str] = (), debug: bool = False
+    command: str, outputs: Sequence[str] = (), debug: bool = False, loads_more: bool = False
 ) -> Generator[None, None, None]:
     """Turn every error of the pipeline into one line and its exit code.
 
     command: whose help page a usage error points to.  outputs: after Ctrl-C the line names the part
     files of these, as far as there are any.  debug: print the traceback, too.
+    loads_more: the block loads many modules before it works, and then calls `seek_garbage` itself.
     """
     from makeup_video.pipeline import MakeupVideoError, SeveralFacesError, StoppedError
+    from makeup_video.pipeline.engine.machine import seek_garbage
 
+    if not loads_more:
+        seek_garbage()
     try:
         yield
     except StoppedError:

@@ -184,6 +184,18 @@ def return_large_blocks() -> None:
         set_option(_M_TRIM_THRESHOLD, _KEPT_BYTES)
 
 
+def seek_garbage() -> None:
+    """Let Python seek garbage again, where that is off, but not among the objects made so far.
+
+    Imports make a hundred thousand objects, and hardly one is garbage: to look through them takes
+    0.1 s of a short run. So a command begins with the search off, and calls this when it has loaded
+    what it needs.
+    """
+    if not gc.isenabled():
+        gc.freeze()
+        gc.enable()
+
+
 def give_back_last_run() -> None:
     """Free what a run has left, at most once a second, since that takes 30 ms.
 
