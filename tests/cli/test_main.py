@@ -152,6 +152,29 @@ def test_nothing_heavy_is_imported_before_it_is_needed():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+# Prints whether Python seeks garbage once a command works, and whether modules are left out.
+SEEKING = """
+import gc, sys
+from makeup_video.cli import main
+from makeup_video.pipeline.engine import machine
+from makeup_video.pipeline.reference import estimate
+
+def report(*_):
+    print(gc.isenabled(), gc.get_freeze_count() > 10_000, flush=True)
+    main.os._exit(0)
+
+machine.return_large_blocks = estimate.estimate_photo = report
+main.main()
+"""
+
+
+@pytest.mark.parametrize("look", [("--look", "none"), ("--ref", "photo.jpg")])
+def test_garbage_is_sought_once_all_is_loaded(folder, look):
+    words = [sys.executable, "-c", SEEKING, "in.mp4", *look, "-o", "out.mp4"]
+    done = subprocess.run(words, check=True, capture_output=True, text=True, timeout=60)
+    assert done.stdout.split() == ["True", "True"]
+
+
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="only Linux has it")
 @pytest.mark.parametrize("words", [["--help"], ["-h"], ["--version"], ["apply", "--help"]])
 def test_help_that_cannot_be_printed_is_one_line(words):
