@@ -18,6 +18,7 @@ from makeup_video.kernels.shares import FAINTEST
 from makeup_video.kernels.strokes import Line
 from makeup_video.pipeline.faces.face import iod_px
 from makeup_video.pipeline.frames.affine import AffineArray
+from makeup_video.pipeline.look.ciede2000 import lab_of
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.kind import Coat, Kind, Stroke
 from makeup_video.pipeline.look.look import Layer
@@ -27,7 +28,10 @@ from makeup_video.pipeline.render.grid import box_of
 from makeup_video.pipeline.render.regions import REGIONS
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.region import Reader
-from makeup_video.pipeline.render.surfaces.surface import Charts, Surface
+from makeup_video.pipeline.render.surfaces.surface import Charts, Edge, Surface
+
+# L* of products that hide the red around lips, and of those that show it; bare lips have about 55.
+_HIDES_RED, _SHOWS_RED = 45.0, 70.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,9 +126,11 @@ class PaintJob(NamedTuple):
         return self.surface.is_broad and not any(coat.product.shimmer for coat in self.coats)
 
     @property
-    def _softness(self) -> float:
-        """Of the surface's own border."""
-        return self.coats[0].product.edge_softness
+    def _edge(self) -> Edge:
+        """At the surface's own border. The darkest coat decides: it may be a line around a paler
+        one."""
+        softness = self.coats[0].product.edge_softness
+        return Edge(softness, min([_paleness(coat.product) for coat in self.coats]))
 
     def rect(self, size_wh: tuple[int, int], block: tuple[int, int]) -> Rect | None:
         """All that has weight on a frame; None when nothing of it lies there."""
@@ -132,7 +138,7 @@ class PaintJob(NamedTuple):
         if part.density is not None and part.strokes:  # whatever the surface's own border
             low_xy, high_xy = part.surface.grid.box_px(box_of(part.density), more=1)
         else:
-            low_xy, high_xy = part.surface.reach(self._softness, part.density)
+            low_xy, high_xy = part.surface.reach(self._edge, part.density)
         return Rect.around(low_xy, high_xy, size_wh, block)
 
     @property
@@ -157,7 +163,7 @@ class PaintJob(NamedTuple):
             grid = part.surface.grid
             draw_strokes(out, origin_xy, grid, part.strokes, self._blur_px, self.share)
         else:
-            part.surface.weigh(out, origin_xy, self._softness, part.density)
+            part.surface.weigh(out, origin_xy, self._edge, part.density)
 
 
 def scaled(job: PaintJob, to_new: AffineArray, share: float) -> PaintJob:
@@ -228,6 +234,14 @@ def _worn(kind: str, product: GraphicsParams, strength: float) -> WornCoat:
     """The same object for all frames: a line's coat is drawn anew, and what of a product no light
     changes is kept by its coat."""
     return WornCoat(KINDS[kind], product, strength)
+
+
+@lru_cache(maxsize=64)
+def _paleness(product: GraphicsParams) -> float:
+    """0..1: 0 for what hides the red beyond the border of lips, 1 for what shows all of it."""
+    lightness = float(lab_of(np.array((product.red, product.green, product.blue)))[0])
+    share = min(max((lightness - _HIDES_RED) / (_SHOWS_RED - _HIDES_RED), 0), 1)
+    return share * share * (3 - 2 * share)
 
 
 def jobs_of(

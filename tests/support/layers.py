@@ -11,7 +11,7 @@ from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.render.coats import PaintJob, groups_of, jobs_of
 from makeup_video.pipeline.render.scene import FrameScene
 from makeup_video.pipeline.render.surfaces.region import Reader
-from makeup_video.pipeline.render.surfaces.surface import Surface
+from makeup_video.pipeline.render.surfaces.surface import Edge, Surface
 
 SLOTS = tuple(KINDS["eyeshadow"].slots)
 UPPER_SLOTS = tuple(slot for slot, shape in KINDS["eyeshadow"].slots.items() if shape["low"] >= 0)
@@ -79,10 +79,10 @@ def surface_weight(
 ) -> np.ndarray:
     """(h, w) float32: the largest weight of a layer on the pixels from origin_xy on, on all sides
     of one surface."""
-    softness, weights = layer.product.edge_softness, []
+    edge, weights = Edge(layer.product.edge_softness), []
     for side, density in densities(surface, layer):
         weights.append(np.full(hw, np.nan, np.float32))
-        side.weigh(weights[-1], origin_xy, softness, density)
+        side.weigh(weights[-1], origin_xy, edge, density)
     return np.max(weights, axis=0)
 
 

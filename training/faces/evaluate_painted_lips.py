@@ -16,6 +16,7 @@ import numpy as np
 from makeup_video.pipeline.faces.face import Face, iod_px
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.render.surfaces.lips_twin import lips_surface
+from makeup_video.pipeline.render.surfaces.surface import Edge
 from makeup_video.training.faces.evaluate import iou_of, read_rgb
 from makeup_video.training.inputs import existing
 
@@ -48,11 +49,11 @@ def is_open(labels: np.ndarray) -> bool:
 
 
 def painted_lips(face: Face | None, shape: tuple[int, int]) -> np.ndarray:
-    """(H, W) bool: where a product without softness covers at least half of a pixel."""
+    """(H, W) bool: where a dark product without softness covers at least half of a pixel."""
     weight = np.zeros(shape, np.float32)
     surface = lips_surface(face) if face is not None else None
     if surface is not None:
-        surface.weigh(weight, (0, 0), 0.0, None)
+        surface.weigh(weight, (0, 0), Edge(0.0), None)
     return weight > 0.5
 
 

@@ -17,7 +17,7 @@ from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
 from makeup_video.pipeline.render.surfaces.lips_twin import lips_surface
-from makeup_video.pipeline.render.surfaces.surface import Surface
+from makeup_video.pipeline.render.surfaces.surface import Edge, Surface
 from makeup_video.training.reference.augment import jpeg
 from makeup_video.training.reference.draw_products import draw_settings, look_of
 from makeup_video.training.reference.people import People
@@ -105,7 +105,7 @@ def weight_of(face: Face, region: str, zone: str, size_wh: tuple[int, int]) -> n
         for coat in kind.coats(side.fields(), medium, shape):
             weight = np.empty_like(total)
             density = None if coat.density is None else coat.density[side.number]
-            side.weigh(weight, (0, 0), _HALF, density)
+            side.weigh(weight, (0, 0), Edge(_HALF), density)
             np.maximum(total, weight, out=total)
     return total
 

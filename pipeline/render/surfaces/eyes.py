@@ -44,7 +44,7 @@ from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, Scene
 from makeup_video.pipeline.render.surfaces.both_eyes import ACROSS, OUTWARDS, TOP, BothEyes
 from makeup_video.pipeline.render.surfaces.face_outline import parts_on_face
 from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, SeenFace
-from makeup_video.pipeline.render.surfaces.surface import Charts, Laid
+from makeup_video.pipeline.render.surfaces.surface import Charts, Edge, Laid
 from makeup_video.pipeline.render.surfaces.unfolded import unfolded, upper_charts
 
 # From the outer to the inner corner, as places in EYE: upper lashes, two rings, lower lashes.
@@ -155,7 +155,7 @@ class LidSurface:
     def on_chart(self) -> tuple[np.ndarray, np.ndarray]:
         return self.both.on_chart(self.is_upper)
 
-    def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
+    def reach(self, edge: Edge, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
         """Lowest and highest px of the frame with weight, and some more."""
         # a pixel of skin is interpolated from places up to the diagonal of a step away
         inside = reduce(np.maximum, self._away_px()) > -1.5 * self.grid.step_px()
@@ -167,7 +167,7 @@ class LidSurface:
         self,
         out: np.ndarray,
         origin_xy: tuple[int, int],
-        softness: float,
+        edge: Edge,
         density: np.ndarray | None,
     ) -> None:
         """Fill (h, w) float32 with the weight of makeup on the frame's pixels from origin_xy on:

@@ -45,7 +45,7 @@ from makeup_video.pipeline.render.grid import Box, Grid, PointXY, box_of
 from makeup_video.pipeline.render.lay_coats import lay_coats
 from makeup_video.pipeline.render.luminance import broad, light_planes
 from makeup_video.pipeline.render.surfaces.face_points import fit_points, fit_tables
-from makeup_video.pipeline.render.surfaces.surface import Charts, Laid
+from makeup_video.pipeline.render.surfaces.surface import Charts, Edge, Laid
 
 _NARROWEST_PX = 8  # IOD
 EIGHTH_BITS = 3  # OpenCV takes corners of polygons in eighths of a px
@@ -141,7 +141,7 @@ class FaceSurface:
         y *= _CHART_PX
         return x, y
 
-    def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
+    def reach(self, edge: Edge, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
         """Lowest and highest px of the frame with weight, and some more."""
         _, box = self._weight(density)
         return self.grid.box_px(box, more=1)  # weights are interpolated
@@ -150,7 +150,7 @@ class FaceSurface:
         self,
         out: np.ndarray,
         origin_xy: tuple[int, int],
-        softness: float,
+        edge: Edge,
         density: np.ndarray | None,
     ) -> None:
         """Fill (h, w) float32 with the weight of a product on the frame's pixels from origin_xy on:

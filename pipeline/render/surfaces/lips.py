@@ -11,7 +11,14 @@ from typing import ClassVar
 import cv2
 import numpy as np
 from makeup_video.kernels.program import Device
-from makeup_video.kernels.surface import LIPS_HW, LIPS_SIGMA_PX, OVER_SEAM, FaceSurfaces, GridPlace
+from makeup_video.kernels.surface import (
+    LIPS_HW,
+    LIPS_SIGMA_PX,
+    ONTO_LIP,
+    OVER_SEAM,
+    FaceSurfaces,
+    GridPlace,
+)
 from makeup_video.pipeline.faces.face import Face, moved
 from makeup_video.pipeline.faces.topology import LIPS, LIPS_INNER, LIPS_OUTER
 from makeup_video.pipeline.frames.affine import Affine, AffineArray, compose, invert
@@ -22,7 +29,7 @@ from makeup_video.pipeline.render.lay_coats import lay_coats
 from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, SeenFace
-from makeup_video.pipeline.render.surfaces.surface import Charts, Laid
+from makeup_video.pipeline.render.surfaces.surface import Charts, Edge, Laid
 
 COARSE = 2  # px of the patch to one of the grid of shape and light
 # The mesh's rings from border to opening, each from corner to corner, as places in LIPS.
@@ -35,6 +42,9 @@ _CONTOURS = np.concatenate([LIPS_OUTER, LIPS_INNER])
 _ODDS_PER_PX = 1.1  # the mask's steepness at the border: median over photos
 # Half the width of the edge: px of the patch at softness 0 and what 1 adds; least px of the frame.
 _FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.72, 4.8, 0.7
+# Log-odds that pale products get at the outer border. The lips' red goes on beyond it for a px or
+# two, and would be a rim around products that are paler than it.
+_WIDER = 1.4
 _LOW, _HIGH = -2.0, 3.0  # of an edge, whose middle is 0.5: farther away nothing shows
 _BEYOND = -15.0  # beyond the patch: half the odds
 _SUB_BITS = 4
@@ -57,7 +67,7 @@ class LipsSurface:
     normals: (3, H/2, W/2), x and y, and how exposed they are to light: not in the furrow where the
     lips meet.
     upper: (H/2, W/2) share of each px that lies above the line where the lips meet.
-    boxes: of the patch, where weight was found by softness.
+    boxes: of the patch, where weight was found by its edge.
     """
 
     face: Face
@@ -66,7 +76,7 @@ class LipsSurface:
     rim: np.ndarray
     normals: np.ndarray
     upper: np.ndarray
-    boxes: dict[float, Box] = field(default_factory=dict, repr=False)
+    boxes: dict[Edge, Box] = field(default_factory=dict, repr=False)
     number: ClassVar[int] = 0
     is_broad: ClassVar[bool] = False
 
@@ -97,16 +107,16 @@ class LipsSurface:
         columns *= np.float32(_CHART_PX)
         return columns, np.zeros_like(columns)
 
-    def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
+    def reach(self, edge: Edge, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
         """Lowest and highest px of the frame with weight, and some more."""
         patch = Grid(self.face.lips.to_px, self.odds.shape[::-1])
-        return patch.box_px(self._box(softness), more=2)  # weights are interpolated
+        return patch.box_px(self._box(edge), more=2)  # weights are interpolated
 
     def weigh(
         self,
         out: np.ndarray,
         origin_xy: tuple[int, int],
-        softness: float,
+        edge: Edge,
         density: np.ndarray | None,
     ) -> None:
         """Fill (h, w) float32 with the weight of lipstick on the frame's pixels from origin_xy on.
@@ -114,26 +124,30 @@ class LipsSurface:
         1 on the lips, 0 beyond their edge. At an open mouth most of the edge is on the lips, at a
         shut one it is pushed over the seam.
         """
-        x, y, wide, high = self._box(softness)
+        x, y, wide, high = self._box(edge)
         left, top = max(x - _AROUND, 0), max(y - _AROUND, 0)
         part = np.s_[top : y + high + _AROUND, left : x + wide + _AROUND]
-        half = self._half_edge(softness)
+        half = self._half_edge(edge)
         # 0 to 1 across the edge, whose middle lies at odds of half * rim
-        edge = cv2.addWeighted(self.odds[part], 0.5 / half, self.rim[part], -0.5, 0.5)
+        rim = self.rim[part]
+        wider = 0.5 * _WIDER * edge.wider / half
+        across = cv2.addWeighted(self.odds[part], 0.5 / half, rim, -0.5, 0.5 + wider)
+        if wider:  # not towards an open mouth
+            cv2.scaleAdd(np.maximum(rim, 0), -wider / ONTO_LIP, across, dst=across)
         a, b, shift_x, c, d, shift_y = Affine.from_array(self.face.lips.to_px)
         shift_x += a * left + b * top - origin_xy[0]
         shift_y += c * left + d * top - origin_xy[1]
         if abs(a * d - b * c) > 1.5**2:
             # twice as fine by cubics, then linear: on large faces a third of the cost of cubics
             # alone. Cubics would swing up beside a steep fall, and stand as a spike on the skin
-            np.minimum(np.maximum(edge, _LOW, out=edge), _HIGH, out=edge)
-            edge = cv2.resize(edge, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
+            np.minimum(np.maximum(across, _LOW, out=across), _HIGH, out=across)
+            across = cv2.resize(across, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
             a, b, c, d = a / 2, b / 2, c / 2, d / 2
             shift_x, shift_y = shift_x - (a + b) / 2, shift_y - (c + d) / 2
         to_px = np.array(((a, b, shift_x), (c, d, shift_y)))
         # in an array of its own: rows of `out` are apart, which slows each step
         there: np.ndarray = cv2.warpAffine(
-            edge, to_px, out.shape[::-1],
+            across, to_px, out.shape[::-1],
             borderMode=cv2.BORDER_CONSTANT, borderValue=_BEYOND / half,
         )  # fmt: skip
         np.minimum(np.maximum(there, 0, out=there), 1, out=there)
@@ -144,17 +158,17 @@ class LipsSurface:
         if density is not None:
             out *= self.grid.warped(density, origin_xy, out.shape, 0.0)
 
-    def _box(self, softness: float) -> Box:
+    def _box(self, edge: Edge) -> Box:
         """Of the patch, where there is weight."""
-        if softness not in self.boxes:
-            seen = self.odds > -(1 + OVER_SEAM) * self._half_edge(softness)
-            self.boxes[softness] = box_of(seen)
-        return self.boxes[softness]
+        if edge not in self.boxes:
+            least = -(1 + OVER_SEAM) * self._half_edge(edge) - _WIDER * edge.wider
+            self.boxes[edge] = box_of(self.odds > least)
+        return self.boxes[edge]
 
-    def _half_edge(self, softness: float) -> float:
+    def _half_edge(self, edge: Edge) -> float:
         """Odds from the middle of the edge to where it ends."""
         least_px = _FEATHER_LEAST_PX / step_px(self.face.lips.to_px)
-        feather = max(_FEATHER_PX + _FEATHER_MORE_PX * softness**2, least_px)
+        feather = max(_FEATHER_PX + _FEATHER_MORE_PX * edge.softness**2, least_px)
         return feather * _ODDS_PER_PX
 
     def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:

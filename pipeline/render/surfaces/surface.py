@@ -37,6 +37,17 @@ class Laid(NamedTuple):
     density: np.ndarray | Sequence[np.ndarray]
 
 
+class Edge(NamedTuple):
+    """How a product ends at the border of a surface.
+
+    softness: 0..1, `edge_softness` of the product.
+    wider: 0..1, how far it goes beyond the border; 1 as far as a pale one may.
+    """
+
+    softness: float
+    wider: float = 0.0
+
+
 class Surface(Protocol):
     """One surface of one face. A region of a face may have several of the same sort: two eyes.
 
@@ -92,7 +103,7 @@ class Surface(Protocol):
         float32, in px of the chart."""
         ...
 
-    def reach(self, softness: float, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
+    def reach(self, edge: Edge, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
         """Lowest and highest px of the frame with weight, and some more."""
         ...
 
@@ -100,7 +111,7 @@ class Surface(Protocol):
         self,
         out: np.ndarray,
         origin_xy: tuple[int, int],
-        softness: float,
+        edge: Edge,
         density: np.ndarray | None,
     ) -> None:
         """Fill (h, w) float32 with the weight of makeup, 0..1, on the frame's pixels from

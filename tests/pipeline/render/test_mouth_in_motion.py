@@ -15,6 +15,7 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE_CORNERS, LIPS_INNER, LIPS_OUTER
 from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.render.surfaces.lips_twin import lips_surface
+from makeup_video.pipeline.render.surfaces.surface import Edge
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 from people import frame_of
 
@@ -50,7 +51,7 @@ def weight_of(face: Face, hw: tuple[int, int]) -> np.ndarray:
     weight = np.zeros(hw, np.float32)
     surface = lips_surface(face)
     if surface is not None:
-        surface.weigh(weight, (0, 0), 0.0, None)
+        surface.weigh(weight, (0, 0), Edge(0.0), None)
     return weight
 
 

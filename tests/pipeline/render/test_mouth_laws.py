@@ -1,11 +1,12 @@
 """What holds for every look: the inside of the mouth stays as it is."""
 
+import numpy as np
 import pytest
 from laws import GAPING_MOUTHS, OPEN_MOUTHS, WORN, film_scenes, share_changed, true_px
 from makeup import inside, paint_planes, scene_of, true_face
-from makeup_video.pipeline.faces.topology import LIPS_INNER
+from makeup_video.pipeline.faces.topology import LIPS_INNER, LIPS_OUTER
 from makeup_video.pipeline.look.finishes import product
-from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.look import Layer, Look
 
 
 @pytest.mark.parametrize("finish", ["matte", "gloss", "shimmer"])
@@ -32,3 +33,21 @@ def test_with_true_points_hardly_a_pixel_of_the_mouth_changes(number):
     old, new = scene.frame.planes[0], paint_planes(scene, WORN)[0]
     within = inside(true_px(number)[LIPS_INNER], old.shape, 2)
     assert (new != old)[within].mean() < 0.002
+
+
+def test_pale_lipstick_goes_further_but_no_dark_rim():
+    """Px beyond the border that change: the red goes on there, and would be a rim around nudes."""
+    points = true_px(OPEN_MOUTHS[0])
+    scene = scene_of(film_scenes()[OPEN_MOUTHS[0]].frame, (true_face(points),))
+    old = scene.frame.planes[0]
+    beyond = ~inside(points[LIPS_OUTER], old.shape, 0.5)
+    nude, changed = product((226, 188, 164), "matte"), []
+    for colour, shape in (
+        (nude, {}),
+        (nude, {"rim": 1.0, "rim_color": "#46141A"}),
+        (product((70, 20, 26), "matte"), {}),
+    ):
+        new = paint_planes(scene, Look([Layer("lipstick", colour, shape)]))[0]
+        changed.append(np.count_nonzero((new != old)[beyond]))
+    pale, lined, dark = changed
+    assert pale > 1.2 * max(lined, dark)

@@ -19,6 +19,7 @@ from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds.eyeshadow import KIND
 from makeup_video.pipeline.render.surfaces.eyes import OUTWARDS
 from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
+from makeup_video.pipeline.render.surfaces.surface import Edge
 
 HW = (220, 200)
 OPEN, SHUT = 60, 75  # frames of the sample
@@ -46,7 +47,7 @@ def skin_of(region, hw=HW):
     bare = (region.grid.warped(on_face, (0, 0), hw, 0.0) >= 1).astype(np.float32)
     for side in region.sides():
         out = np.full(hw, np.nan, np.float32)
-        side.weigh(out, (0, 0), 0.5, None)
+        side.weigh(out, (0, 0), Edge(0.5), None)
         bare *= 1 - out
     return 1 - bare
 

@@ -13,6 +13,7 @@ from makeup import close_up, inside, true_face, white_light
 from makeup_video.pipeline.faces.topology import BROW, EYE, EYE_CONTOUR, RIGHT_BROW, RIGHT_EYE
 from makeup_video.pipeline.render.surfaces.eyes import EYES
 from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
+from makeup_video.pipeline.render.surfaces.surface import Edge
 
 HW = (220, 200)
 
@@ -97,10 +98,10 @@ def test_slots_turn_with_the_face_and_stay_within_reach(degrees, scale, softness
     for surface in lid_surfaces(true_face(points)):
         most = 0.0
         for side, density in densities(surface, shadow(slot, softness)):
-            low, high = np.array(side.reach(softness, density))
+            low, high = np.array(side.reach(Edge(softness), density))
             origin = np.floor(low).astype(int) - 15
             out = np.zeros(tuple(np.ceil(high - low).astype(int)[::-1] + 30), np.float32)
-            side.weigh(out, tuple(origin), softness, density)
+            side.weigh(out, tuple(origin), Edge(softness), density)
             assert np.isfinite(out).all() and out.max() <= 1
             most = max(most, out.max())
             y, x = np.nonzero(out)

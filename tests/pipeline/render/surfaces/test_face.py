@@ -13,6 +13,7 @@ from makeup_video.kernels.face import SIDE
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.faces.topology import EYE_CONTOUR, LIPS_OUTER
 from makeup_video.pipeline.render.surfaces.face import face_on_grid
+from makeup_video.pipeline.render.surfaces.surface import Edge
 from people import frame_of, portrait
 
 MEAN = read_array("mean_face.npy").astype(np.float64)
@@ -21,6 +22,7 @@ CHEEKS = [50, 280, 205, 425, 117, 346, 187, 411, 101, 330]
 NOSE_AND_BOW = [1, 4, 5, 195, 197, 0, 37, 267, 164]
 GREY = frame_of(np.full((500, 500, 3), 120, np.uint8))
 ALL = np.ones((SIDE, SIDE), np.float32)
+EDGE = Edge(0.5)
 
 
 def surface_of(points_px, frame=GREY):
@@ -128,20 +130,20 @@ def test_weight_lies_within_the_reach_and_is_the_density():
     surface = surface_of(turned())
     density = (np.hypot(surface.across - 0.45, surface.down - 0.3) < 0.2).astype(np.float32)
     weight = np.full((500, 500), 7, np.float32)
-    surface.weigh(weight, (0, 0), 0.5, density)
-    low, high = np.array(surface.reach(0.5, density))
+    surface.weigh(weight, (0, 0), EDGE, density)
+    low, high = np.array(surface.reach(EDGE, density))
     y, x = np.nonzero(weight)
     assert x.min() >= low[0] and y.min() >= low[1] and x.max() <= high[0] and y.max() <= high[1]
     cheek = turned()[280, :2].round().astype(int)
     assert weight[cheek[1], cheek[0]] > 0.95
     assert weight[weight > 0].min() >= 1 / 512
     part = np.empty((60, 80), np.float32)
-    surface.weigh(part, (320, 230), 0.5, density)
+    surface.weigh(part, (320, 230), EDGE, density)
     np.testing.assert_allclose(part, weight[230:290, 320:400], atol=0.02)  # 1/32 px in OpenCV
 
 
 def test_no_density_has_no_reach():
-    low, high = np.array(surface_of(turned()).reach(0.5, 0 * ALL))
+    low, high = np.array(surface_of(turned()).reach(EDGE, 0 * ALL))
     assert (high < low).all()
 
 

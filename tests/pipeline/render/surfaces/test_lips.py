@@ -13,13 +13,14 @@ from makeup_video.pipeline.faces.face import MIN_FACE_PX
 from makeup_video.pipeline.faces.topology import LIPS_INNER, LIPS_OUTER
 from makeup_video.pipeline.frames.affine import compose, invert
 from makeup_video.pipeline.render.surfaces.lips_twin import lips_surface
+from makeup_video.pipeline.render.surfaces.surface import Edge
 
 HW = (220, 200)
 
 
-def weight_of(face, hw=HW, softness=0.5, origin_xy=(0, 0)):
+def weight_of(face, hw=HW, softness=0.5, origin_xy=(0, 0), wider=0.0):
     out = np.full(hw, np.nan, np.float32)
-    lips_surface(face).weigh(out, origin_xy, softness, None)
+    lips_surface(face).weigh(out, origin_xy, Edge(softness, wider), None)
     return out
 
 
@@ -75,6 +76,21 @@ def test_a_softer_edge_is_a_wider_one():
     widths = [((w > 0.05) & (w < 0.95)).sum() for w in (weight_of(face, softness=s)
               for s in (0.0, 0.5, 1.0))]  # fmt: skip
     assert widths[0] < widths[1] < widths[2]
+
+
+@pytest.mark.parametrize("softness", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("number", [0, 40, 100])
+def test_pale_products_go_further_but_not_inwards(number, softness):
+    _, points = close_up(number)
+    face = true_face(points)
+    usual, pale = (weight_of(face, softness=softness, wider=wider) for wider in (0.0, 1.0))
+    assert (pale >= usual - 0.02).all()  # cubics swing a little
+    opening = inside(points[LIPS_INNER], HW, 0)
+    grown = (pale - usual).clip(0)
+    assert grown[~inside(points[LIPS_OUTER], HW, 0)].sum() > 20
+    if number:
+        assert grown[opening].sum() < 0.1 * grown.sum()
+    assert pale[~inside(points[LIPS_OUTER], HW, -8)].max() == 0
 
 
 def test_the_edge_is_never_harder_than_a_pixel():
@@ -158,7 +174,7 @@ def test_nothing_is_painted_beyond_the_regions_corners(degrees, scale, softness,
         to_px=compose(spin, face.lips.to_px),
     )
     region = lips_surface(face)
-    low, high = np.array(region.reach(softness, None))
+    low, high = np.array(region.reach(Edge(softness), None))
     hw = tuple(np.ceil(high - low).astype(int)[::-1] + 40)
     origin = np.floor(low).astype(int) - 20
     weight = weight_of(face, hw, softness, tuple(origin))
