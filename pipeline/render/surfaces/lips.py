@@ -44,7 +44,7 @@ _ODDS_PER_PX = 1.1  # the mask's steepness at the border: median over photos
 _FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.72, 4.8, 0.7
 # Log-odds that pale products get at the outer border. The lips' red goes on beyond it for a px or
 # two, and would be a rim around products that are paler than it.
-_WIDER = 1.4
+_WIDER = 1.2
 _LOW, _HIGH = -2.0, 3.0  # of an edge, whose middle is 0.5: farther away nothing shows
 _BEYOND = -15.0  # beyond the patch: half the odds
 _SUB_BITS = 4
