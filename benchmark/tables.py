@@ -11,19 +11,18 @@ _STAGE_HEAD = ("", "wall time: mean", "p50", "p95", "own CPU time: mean", "p50",
 _STAGE_KEYS = ("mean_ms", "p50_ms", "p95_ms", "cpu_mean_ms", "cpu_p50_ms")
 
 
-def drawn(results: _Values, *, is_terminal: bool) -> str:
-    """Everything that was measured, as text; of two versions also a line for each size."""
+def draw_tables(results: _Values, text: io.StringIO) -> None:
+    """Everything that was measured; of two versions also a line for each size."""
     from rich.console import Console
     from rich.table import Table
 
-    text = io.StringIO()
-    console = Console(file=text, force_terminal=is_terminal or None)
+    console = Console(file=text)
     for title, head, rows in tables(results):
         table = Table(*head, title=title, title_justify="left")
         for row in rows:
             table.add_row(*row)
         console.print(table)
-    return text.getvalue() + "".join(f"{line}\n" for line in verdicts(results))
+    text.writelines(f"{line}\n" for line in verdicts(results))
 
 
 def tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:

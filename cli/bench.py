@@ -1,12 +1,11 @@
 """`makeup-video bench`: what the product costs beside the bare codec, in one run."""
 
 import json
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from makeup_video.cli.console import child_stderr, print_result
+from makeup_video.cli.console import ResultText, child_stderr, print_result
 from makeup_video.cli.options import (
     FILM,
     MEASUREMENTS,
@@ -183,7 +182,8 @@ def _show(results: dict[str, Any], plot: str | None, as_json: bool) -> None:
     if as_json:
         print_result(json.dumps(results, indent=2) + "\n")
         return
-    from makeup_video.benchmark.tables import drawn
+    from makeup_video.benchmark.tables import draw_tables
 
-    is_terminal = sys.stdout is not None and sys.stdout.isatty()
-    print_result(drawn(results, is_terminal=is_terminal))
+    text = ResultText()
+    draw_tables(results, text)
+    print_result(text.getvalue())

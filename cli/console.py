@@ -69,6 +69,17 @@ def log(text: str) -> None:
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
 
 
+class ResultText(io.StringIO):
+    """Text for `print_result` that rich draws: colours and boxes only where stdout has them."""
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        return getattr(sys.stdout, "encoding", None) or "utf-8"
+
+    def isatty(self) -> bool:
+        return sys.stdout is not None and sys.stdout.isatty()
+
+
 def print_result(text: str) -> None:
     """Print on stdout, escaped where its encoding lacks a character.
 

@@ -1,13 +1,11 @@
 """`makeup-video estimate PHOTO`: the makeup of a photo, as text, as JSON and as a look file."""
 
-import io
 import json
-import sys
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from makeup_video.cli.console import log, print_result, printable
+from makeup_video.cli.console import ResultText, log, print_result, printable
 from makeup_video.cli.look_options import faces_meant
 from makeup_video.cli.options import FACES, OUTPUT, Debug, Overwrite, PrintJson
 from makeup_video.cli.outcome import report_errors
@@ -156,9 +154,8 @@ def _describe(layer: "Layer", part: str, shades: "Catalogue | None") -> dict[str
 def _print(parts: dict[str, list[dict[str, Any]]], certainties: dict[str, str]) -> None:
     from rich.console import Console
 
-    text = io.StringIO()
-    is_terminal = sys.stdout is not None and sys.stdout.isatty()
-    console = Console(file=text, force_terminal=is_terminal or None, highlight=False)
+    text = ResultText()
+    console = Console(file=text, highlight=False)
     for part, layers in parts.items():
         if not layers:
             _print_line(console, f"{part}  bare ({certainties[part]})")

@@ -158,7 +158,8 @@ def _completion_line(error: Exception) -> str:
         return ""
     advice = "; --show-completion prints the lines instead"
     if isinstance(error, OSError) and error.filename is None:
-        return f"stdout cannot be written: {error.strerror}"
+        what = "stdout or the shell's startup file" if is_install else "stdout"
+        return f"{what} cannot be written: {error.strerror}"
     if isinstance(error, OSError):
         return f"{error.filename} cannot be written: {error.strerror}{advice}"
     if is_install:  # there is no home folder, or a .bashrc is not UTF-8

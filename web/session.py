@@ -192,6 +192,7 @@ class Session(Protocol):
         """Return the newest picture, full size and upright: (H, W, 3) uint8 RGB.
 
         both: the picture without makeup on the left, with it on the right.
+        Raises InputError when no picture comes.
         """
         ...
 

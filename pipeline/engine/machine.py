@@ -188,8 +188,8 @@ def seek_garbage() -> None:
     """Let Python seek garbage again, where that is off, but not among the objects made so far.
 
     Imports make a hundred thousand objects, and hardly one is garbage: to look through them takes
-    0.1 s of a short run. So a command begins with the search off, and calls this when it has loaded
-    what it needs.
+    0.1 s of a short run. So a command begins with the search off, and calls this when most of what
+    it needs is loaded.
     """
     if not gc.isenabled():
         gc.freeze()

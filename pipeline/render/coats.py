@@ -48,10 +48,12 @@ class Drawn:
     """Coats that are painted in one go, LAYERS at most, and their charts.
 
     charts: None for one coat with a density of 1 all over.
+    edge: at the surface's own border.
     """
 
     coats: tuple[WornCoat, ...]
     charts: Charts | None
+    edge: Edge
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +80,7 @@ class Part(NamedTuple):
     """Coats that lie on one surface.
 
     coats: one or more, in the order of painting.
+    edge: at the surface's own border.
     shares: (coats, H, W) float32 on the surface's grid, 0..1, how much of each shows; None for a
     single coat.
     seen: of several coats, the sums of their shares.
@@ -89,6 +92,7 @@ class Part(NamedTuple):
     lit: Lit
     surface: Surface
     coats: tuple[WornCoat, ...]
+    edge: Edge
     shares: np.ndarray | None = None
     seen: Sequence[float] = ()
     density: np.ndarray | None = None
@@ -125,20 +129,13 @@ class PaintJob(NamedTuple):
         """True when it has nothing finer than its densities, such as a sparkle."""
         return self.surface.is_broad and not any(coat.product.shimmer for coat in self.coats)
 
-    @property
-    def _edge(self) -> Edge:
-        """At the surface's own border. The darkest coat decides: it may be a line around a paler
-        one."""
-        softness = self.coats[0].product.edge_softness
-        return Edge(softness, min([_paleness(coat.product) for coat in self.coats]))
-
     def rect(self, size_wh: tuple[int, int], block: tuple[int, int]) -> Rect | None:
         """All that has weight on a frame; None when nothing of it lies there."""
         part = self.part
         if part.density is not None and part.strokes:  # whatever the surface's own border
             low_xy, high_xy = part.surface.grid.box_px(box_of(part.density), more=1)
         else:
-            low_xy, high_xy = part.surface.reach(self._edge, part.density)
+            low_xy, high_xy = part.surface.reach(part.edge, part.density)
         return Rect.around(low_xy, high_xy, size_wh, block)
 
     @property
@@ -163,7 +160,7 @@ class PaintJob(NamedTuple):
             grid = part.surface.grid
             draw_strokes(out, origin_xy, grid, part.strokes, self._blur_px, self.share)
         else:
-            part.surface.weigh(out, origin_xy, self._edge, part.density)
+            part.surface.weigh(out, origin_xy, part.edge, part.density)
 
 
 def scaled(job: PaintJob, to_new: AffineArray, share: float) -> PaintJob:
@@ -195,13 +192,30 @@ def _draw(charts: Sequence[Any], layers: Sequence[Layer]) -> list[Drawn]:
         if any(map(_lies, each))
     ]
     if len(made) == len(charts) == 1 and made[0][1][0].density is None:
-        return [Drawn((made[0][0],), None)]
+        return [Drawn((made[0][0],), None, _edge_of(made))]
     drawn = []
     for first in range(0, len(made), LAYERS):
-        coats, on_charts = zip(*made[first : first + LAYERS], strict=True)
+        together = made[first : first + LAYERS]
+        coats, on_charts = zip(*together, strict=True)
         stacked = tuple([_stacked(on_chart) for on_chart in zip(*on_charts, strict=True)])
-        drawn.append(Drawn(coats, Charts(stacked)))
+        drawn.append(Drawn(coats, Charts(stacked), _edge_of(together)))
     return drawn
+
+
+def _edge_of(coats: Sequence[tuple[WornCoat, Sequence[Coat | None]]]) -> Edge:
+    """At the surface's own border, of coats and what of them lies on each chart. A darker coat over
+    the first, which may be a line around it, counts by how much of it shows where it is densest."""
+    (first, _), *others = coats
+    pale = _paleness(first.product)
+    for worn, on_charts in others:
+        densest = max(
+            1.0 if coat.density is None else float(coat.density.max())
+            for coat in on_charts
+            if coat is not None
+        )
+        shows = worn.strength * worn.product.opacity * densest
+        pale = min(pale, 1 - (1 - _paleness(worn.product)) * min(shows, 1.0))
+    return Edge(first.product.edge_softness, pale)
 
 
 def _lies(coat: Coat | None) -> bool:
@@ -267,19 +281,19 @@ def jobs_of(
 def _areas(lits: Sequence[Lit], group: Group, amount: float, device: Device) -> Iterator[Part]:
     """The coats of some layers on each surface of a region, on the sides where there are any."""
     for drawn in group.on(lits[0].surface):
-        coats, charts = drawn.coats, drawn.charts
+        coats, charts, edge = drawn.coats, drawn.charts, drawn.edge
         if charts is None:
             for lit in lits:
-                yield Part(lit, lit.surface, coats)
+                yield Part(lit, lit.surface, coats, edge)
             continue
         opacities = [coat.product.opacity * coat.strength * amount for coat in coats]
         shares, sums, there = lits[0].surface.lay(charts, opacities, device)
         for lit in lits:
             at, surface = lit.surface.number, lit.surface.side_of(charts)
             if shares is None:
-                yield Part(lit, surface, coats, density=there[at])
+                yield Part(lit, surface, coats, edge, density=there[at])
             else:
-                yield Part(lit, surface, coats, shares[:, at], sums[at], there[at])
+                yield Part(lit, surface, coats, edge, shares[:, at], sums[at], there[at])
 
 
 def _lines(lits: Sequence[Lit], group: Group) -> Iterator[Part]:
@@ -287,8 +301,9 @@ def _lines(lits: Sequence[Lit], group: Group) -> Iterator[Part]:
     for layer in group.layers:
         for coat in _coats(lits[0].surface.fields(), layer):
             worn = (_worn(layer.kind, coat.product, layer.strength),)
+            edge = Edge(coat.product.edge_softness)
             seen = box_of_strokes(coat.strokes, coat.blur_px)
             for lit in lits:
                 at = lit.surface.number
                 strokes = tuple([Stroke(one.above[at], one.below[at]) for one in coat.strokes])
-                yield Part(lit, lit.surface, worn, None, (), seen[at], strokes, coat.blur_px)
+                yield Part(lit, lit.surface, worn, edge, None, (), seen[at], strokes, coat.blur_px)

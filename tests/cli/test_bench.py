@@ -1,5 +1,6 @@
 """`makeup-video bench` as a command: its options, output and errors. Nothing is timed."""
 
+import io
 import json
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ from makeup_video.benchmark import film_costs, plots, suite
 from makeup_video.benchmark.renderer import full_look
 from makeup_video.cli import bench
 from makeup_video.cli.app import app
+from makeup_video.cli.console import ResultText
 from makeup_video.pipeline import OutputError, UsageError
 from people import SAMPLES, film, grey
 from typer.testing import CliRunner
@@ -60,7 +62,7 @@ def test_json_holds_every_number(results):
 
 
 def test_every_number_is_printed_in_tables(results):
-    from makeup_video.benchmark.tables import drawn, tables
+    from makeup_video.benchmark.tables import draw_tables, tables
 
     more = {
         "faces": {"height_px": 720, "further_face_cpu_ms": 2.5,
@@ -74,10 +76,22 @@ def test_every_number_is_printed_in_tables(results):
     assert len(found) == 7
     for title, head, rows in found:
         assert title and rows and all(len(row) == len(head) for row in rows)
-    assert found[0][0][:40] in drawn(results | more, is_terminal=False)
+    drawn = ResultText()
+    draw_tables(results | more, drawn)
+    assert found[0][0][:40] in drawn.getvalue()
     text = str(found)
     for word in ("whole product / bare", "not codec", "measured / floor", "1.001", "composite"):
         assert word in text
+
+
+@pytest.mark.parametrize(("encoding", "is_plain"), [("ascii", True), ("utf-8", False)])
+def test_tables_have_the_boxes_of_stdouts_encoding(results, monkeypatch, encoding, is_plain):
+    from makeup_video.benchmark.tables import draw_tables
+
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(io.BytesIO(), encoding=encoding))
+    drawn = ResultText()
+    draw_tables(results, drawn)
+    assert drawn.getvalue().isascii() == is_plain
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="writes to a device that is always full")

@@ -28,11 +28,17 @@ def test_the_completion_is_installed(tmp_path):
     assert "makeup-video.sh" in (tmp_path / ".bashrc").read_text()
 
 
-@pytest.mark.parametrize("words", ["--show-completion", "--install-completion"])
-def test_a_full_stdout_is_one_line(tmp_path, words):
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [
+        ("--show-completion", "stdout"),
+        ("--install-completion", "stdout or the shell's startup file"),
+    ],
+)
+def test_a_full_stdout_is_one_line(tmp_path, words, what):
     code, _, stderr = in_bash(f"{words} >/dev/full", tmp_path)
     assert code == 4
-    assert stderr == "OutputError: stdout cannot be written: No space left on device\n"
+    assert stderr == f"OutputError: {what} cannot be written: No space left on device\n"
 
 
 def test_a_shell_whose_pipe_is_full_gets_one_line(tmp_path):

@@ -1,6 +1,7 @@
 """Ctrl-C at any moment: the exit code, one line, and a part file that plays."""
 
 import contextlib
+import gc
 import signal
 import subprocess
 import sys
@@ -139,6 +140,7 @@ def _check_it_stops(monkeypatch, capsys, app_module):
     try:
         main.main()
     finally:
+        gc.enable()  # as `main` found it
         for name, handler in before.items():
             signal.signal(name, handler)
     assert ended == [130] and capsys.readouterr().err == "stopped\n"

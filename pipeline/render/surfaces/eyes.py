@@ -150,7 +150,9 @@ class LidSurface:
     def charts_of(self, charts: Charts) -> Sequence[np.ndarray]:
         if self.is_upper and any(self.both.steps):
             return upper_charts(charts, self.both.steps)
-        return [chart for chart in (charts.on_sides[1 - self.is_upper],) if chart is not None]
+        chart = charts.on_sides[1 - self.is_upper]
+        assert chart is not None
+        return [chart]
 
     def on_chart(self) -> tuple[np.ndarray, np.ndarray]:
         return self.both.on_chart(self.is_upper)

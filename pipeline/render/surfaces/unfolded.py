@@ -1,9 +1,9 @@
 """How eyeshadow lies on a lid that unfolds: charts of an open eye -> those of a shut one.
 
-On an open eye the crease hides much of the lid, so a chart knows but what lies beside it. Were it
+On an open eye the crease hides much of the lid, so a chart knows only what lies beside it. Were it
 stretched with the lid, the dark band of a smoky eye would become a bar with upright ends. On a
-shut lid, as on a ball, colours lie dense along the lashes and fade towards the crease, and the
-higher, the narrower.
+shut lid, as on a ball, colours lie dense along the lashes, and become fainter and narrower
+towards the crease.
 """
 
 from functools import cache
@@ -19,8 +19,9 @@ _OPENED = 0.25
 # A chart for each of so many steps, made when the first eye needs it. Points of a still face move
 # the opening by less than half a step.
 STEPS = 32
+_KEPT = 16  # of these charts, up to 0.15 MB each: a film may be painted in forty looks
 # Of a shut lid: how far the skin above the crease has come down, in heights, and how much narrower
-# a colour is there than at the lashes; both are most in the crease, and none below the brow.
+# a colour is there than at the lashes; both are greatest in the crease, and 0 from the brow on.
 _DOWN, _NARROWER = 0.225, 0.2
 _MIDDLE = (0.05 - LID_LEFT) / LID_STEP  # the column towards which colours are narrower
 # What a chart knows of skin that was folded is soft: columns and rows of the chart.
@@ -48,13 +49,17 @@ def unfolded(chart: np.ndarray, step: int) -> np.ndarray:
 
 
 def upper_charts(charts: Charts, steps: list[int]) -> list[np.ndarray]:
-    """Those of coats above eyes at these steps; charts that were made are kept."""
+    """Those of coats above eyes at these steps; the last ones that were made are kept."""
     upper, made = charts.on_sides[0], charts.unfolded
     assert upper is not None
+    found = []
     for step in steps:
         if step not in made:
+            if len(made) == _KEPT:
+                del made[next(iter(made))]
             made[step] = unfolded(upper, step)
-    return [made[step] for step in steps]
+        found.append(made[step])
+    return found
 
 
 @cache

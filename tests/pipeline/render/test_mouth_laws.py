@@ -44,10 +44,12 @@ def test_pale_lipstick_goes_further_but_no_dark_rim():
     nude, changed = product((226, 188, 164), "matte"), []
     for colour, shape in (
         (nude, {}),
+        (nude, {"rim": 0.01, "rim_color": "#46141A"}),
         (nude, {"rim": 1.0, "rim_color": "#46141A"}),
         (product((70, 20, 26), "matte"), {}),
     ):
         new = paint_planes(scene, Look([Layer("lipstick", colour, shape)]))[0]
         changed.append(np.count_nonzero((new != old)[beyond]))
-    pale, lined, dark = changed
+    pale, hardly_lined, lined, dark = changed
     assert pale > 1.2 * max(lined, dark)
+    assert hardly_lined > 0.95 * pale

@@ -14,6 +14,7 @@ from makeup_video.pipeline.faces.topology import BROW, EYE, EYE_CONTOUR, RIGHT_B
 from makeup_video.pipeline.render.surfaces.eyes import EYES
 from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
 from makeup_video.pipeline.render.surfaces.surface import Edge
+from makeup_video.pipeline.render.surfaces.unfolded import STEPS
 
 HW = (220, 200)
 
@@ -160,3 +161,12 @@ def test_lids_lie_in_half_of_the_shade_that_they_show():
     assert EYES.shade(light, even / 4) == pytest.approx(0.5)
     assert 0 < shades[0] < 0.15  # nothing shines behind sunglasses
     assert EYES.shade(replace(light, skin=0.0), even) == 1
+
+
+@pytest.mark.parametrize("shut", [(EYE,), (EYE, RIGHT_EYE)])
+def test_only_lids_that_shut_unfold(shut):
+    _, points = close_up()
+    for eye in shut:
+        points[eye[9:16]] = points[eye[7:0:-1]]  # upper lashes on the lower ones
+    steps = lid_surfaces(true_face(points))[0].both.steps
+    assert steps == [STEPS if any(eye is one for one in shut) else 0 for eye in (EYE, RIGHT_EYE)]
