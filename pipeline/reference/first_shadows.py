@@ -12,11 +12,11 @@ from makeup_video.pipeline.reference.neutral_face import LUMINANCE
 from makeup_video.pipeline.reference.product_film import bounded
 from makeup_video.pipeline.reference.shadow_cells import LIGHTER, VIVID, Cells, density_of
 
-# In the order of painting. Two end further out than is usual, since outer ends lean inwards.
+# In the order of painting. They end further out than is usual, since outer ends lean inwards.
 _SHAPES: tuple[dict[str, object], ...] = (
-    {"slot": "full", "outer": 1.25},
-    {"slot": "outer", "outer": 1.3, "low": -0.6},
-    {"slot": "lid", "outer": 1.1},
+    {"slot": "full", "outer": 1.22},
+    {"slot": "outer", "outer": 1.37, "low": -0.6},
+    {"slot": "lid", "outer": 1.08},
     {"slot": "under", "outer": 1.25, "low": -0.45},
 )
 _MOST_OPAQUE, _LEAST_OPAQUE = 0.8, 0.3
