@@ -22,6 +22,7 @@ CHART_ROWS, CHART_HEIGHT = 64, 3
 _ROWS = CHART_ROWS * CHART_HEIGHT + 1
 FAINTEST = 1 / 512  # a fainter density changes no code
 _EYES = 2
+KEPT = 16  # charts of lids that unfold, of one look: a film may be painted in forty looks
 _LOWER = -1  # the key of the chart below an eye, beside those of lids that unfold so far
 _ONE = 2**16 - 1  # a density of 1 on the device's charts, so that they stay in a near cache
 
@@ -99,10 +100,10 @@ class ShareKernel:
     ) -> tuple[np.ndarray, list[list[float]], np.ndarray]:  # fmt: skip
         """Lay coats around both eyes.
 
-        look: what the charts belong to. They are copied to the device once, and kept as long as it
-        lives.  charts: above an eye, by how far its lid is unfolded, and below it, (193, 48, N)
-        float32, 0..1; None where no coat lies, but not both.  opacities: of the N coats, 1 to
-        LAYERS, in the order of painting.
+        look: what the charts belong to. They are copied to the device, and the last of them kept as
+        long as it lives.  charts: above an eye, by how far its lid is unfolded, and below it, (193,
+        48, N) float32, 0..1; None where no coat lies, but not both.  opacities: of the N coats, 1
+        to LAYERS, in the order of painting.
         Returns (N, eyes, 32, 48), how much of each coat shows; its sums, by eye and coat; and
         (eyes, 32, 48), 1 where there is any coat. Of a single coat (0, eyes, 32, 48) and its
         density.
@@ -123,6 +124,9 @@ class ShareKernel:
         if upper is not None:
             for step in eyes.steps:
                 if step not in packed:
+                    if len(packed) > KEPT:
+                        used = _LOWER, *eyes.steps
+                        del packed[next(key for key in packed if key not in used)]
                     packed[step] = self._packed(upper(step))
         # the kernel does not read a chart of a side without coats
         above = [packed[_LOWER if upper is None else step] for step in eyes.steps]

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import close_up_scene, device
 from makeup_video.kernels.paint import LAYERS
-from makeup_video.kernels.shares import CHART_HEIGHT, CHART_ROWS
+from makeup_video.kernels.shares import CHART_HEIGHT, CHART_ROWS, KEPT, ShareKernel
 from makeup_video.kernels.surface import LID_HW
 from makeup_video.pipeline.render.lay_coats import lay_coats
 from makeup_video.pipeline.render.surfaces.surface import Charts
@@ -66,6 +66,16 @@ def test_what_was_laid_stays_when_other_coats_are_laid(sides):
     np.testing.assert_array_equal(laid.density, before[1])
     again = surface.lay(first, [0.3, 0.5, 0.9], device())
     np.testing.assert_array_equal(again.shares, before[0])
+
+
+def test_a_long_blink_keeps_few_charts_and_its_colours():
+    charts, opacities = charts_of(4, (True, True), 2), [0.4, 0.8]
+    for first in (*range(STEPS + 1), 0):
+        surface, _ = eyes([first, (first + STEPS // 2) % STEPS])
+        got, want = surface.lay(charts, opacities, device()), lay_coats(surface, charts, opacities)
+        np.testing.assert_allclose(got.shares, want.shares, atol=2e-3, rtol=1e-4)
+        assert len(charts.unfolded) <= KEPT
+        assert len(device().once(ShareKernel)._charts[charts]) <= KEPT + 1  # and that below the eye
 
 
 def test_one_shut_eye_leaves_the_other_as_it_is():

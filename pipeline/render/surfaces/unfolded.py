@@ -10,7 +10,7 @@ from functools import cache
 
 import cv2
 import numpy as np
-from makeup_video.kernels.shares import CHART_HEIGHT, CHART_ROWS
+from makeup_video.kernels.shares import CHART_HEIGHT, CHART_ROWS, KEPT
 from makeup_video.kernels.surface import LID_HW, LID_LEFT, LID_STEP
 from makeup_video.pipeline.render.surfaces.surface import Charts
 
@@ -19,7 +19,6 @@ _OPENED = 0.25
 # A chart for each of so many steps, made when the first eye needs it. Points of a still face move
 # the opening by less than half a step.
 STEPS = 32
-_KEPT = 16  # of these charts, up to 0.15 MB each: a film may be painted in forty looks
 # Of a shut lid: how far the skin above the crease has come down, in heights, and how much narrower
 # a colour is there than at the lashes; both are greatest in the crease, and 0 from the brow on.
 _DOWN, _NARROWER = 0.225, 0.2
@@ -55,7 +54,7 @@ def upper_charts(charts: Charts, steps: list[int]) -> list[np.ndarray]:
     found = []
     for step in steps:
         if step not in made:
-            if len(made) == _KEPT:
+            if len(made) == KEPT:
                 del made[next(iter(made))]
             made[step] = unfolded(upper, step)
         found.append(made[step])
