@@ -11,7 +11,7 @@ EXAMPLES = ("makeup-video devices", "makeup-video devices --json")
 # What a group is called, and the option that takes its names.
 _TITLES = {
     "cameras": "cameras (live --camera NAME)",
-    "microphones": "microphones",
+    "microphones": "microphones (live --audio NAME)",
     "opencl": "OpenCL devices (--device NUMBER)",
     "encoders": "encoders (--codec NAME)",
     "hardware": "hardware encoders that work (--hardware NAME)",

@@ -92,7 +92,8 @@ class Changes:
         str | None,
         typer.Option(
             metavar=COLOUR,
-            help="A colour for the parts of the look: '#B4002E', B4002E, darkred.",
+            help="A colour for the lips, for lips and eyes of a look, or for --parts: '#B4002E', "
+            "B4002E, darkred.",
             rich_help_panel=LOOK,
         ),
     ] = None

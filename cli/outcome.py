@@ -24,6 +24,11 @@ _NAMES = {
     "minutes": "--length",
     "split_minutes": "--split",
 }
+# What to do with a photo of several people in commands without --ref-face.
+_WITHOUT_CHOICE = {
+    "demo": ", or leave --ref out, and drop the photo on the page, where a face is clicked",
+    "bench": f", or save its look with {PROGRAM} estimate --ref-face, and give it as --look",
+}
 
 
 @contextmanager
@@ -52,7 +57,7 @@ def report_errors(
         if debug:
             traceback.print_exc()
         if isinstance(error, SeveralFacesError):
-            error.extend(after=_choice_of(error))
+            error.extend(after=_choice_of(error, command))
         log(error_line(error, command))
         raise typer.Exit(error.exit_code) from None
 
@@ -93,12 +98,14 @@ def option_of_command(name: str, value: str | None) -> str:
     return flag if value in (None, "True") else f"{flag} {value}"
 
 
-def _choice_of(error: "SeveralFacesError") -> str:
+def _choice_of(error: "SeveralFacesError", command: str) -> str:
     """The advice to choose one of several faces in a photo, and how to see their numbers."""
     import shlex
 
     from makeup_video.pipeline.reference.checks import face_list
 
+    if advice := _WITHOUT_CHOICE.get(command):
+        return advice
     advice = (
         ", or choose it with --ref-face NUMBER or --ref-face largest; there are "
         f"{face_list(error.faces)}"

@@ -131,7 +131,7 @@ def known_line(results: Results) -> str:
     return (
         "Face points and light are read from the made-up photo itself. With those of the bare\n"
         f"portrait the mean error of colours would be: {'; '.join(parts)}.\n"
-        f"In {lost} of {count} photos no face was found."
+        f"A face was found in {count - lost} of {count} photos."
     )
 
 
@@ -225,9 +225,9 @@ product* under [Triplets](#triplets) show what it reads when nothing is given. O
 worse than its nets, because it was made for real photographs
 ([decisions](decisions/reference.md)). It takes most of the difference between a photo's skin and
 typical skin for exposure, while in these renders the skin itself differs. It also calls many
-painted eyeshadows bare, and lipsticks that are close to bare lips, because its thresholds let only
-one bare real face in seven pass as made up. It judges gloss by highlights, as on real photographs;
-on renders the net judges gloss better.
+painted eyeshadows bare, and lipsticks that are close to bare lips, because for each kind its
+thresholds let only one bare real face in seven pass as made up. It judges gloss by highlights, as
+on real photographs; on renders the net judges gloss better.
 
 ### Goals
 

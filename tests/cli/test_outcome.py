@@ -7,7 +7,11 @@ import subprocess
 import sys
 
 import pytest
+import typer
 from command_line import LIPSTICK, LOOK, command, run
+from makeup_video.cli.app import app
+from makeup_video.cli.outcome import report_errors
+from makeup_video.pipeline import SeveralFacesError
 from media import damage, decoded, make_clip
 
 
@@ -104,6 +108,19 @@ def test_a_run_succeeds_though_stderr_cannot_be_written(folder, long_clip, stder
     done = subprocess.run(["bash", "-c", script], check=False, stdin=subprocess.DEVNULL)
     assert done.returncode == 0
     assert len(decoded(folder / "out.mp4")) == 400
+
+
+def test_of_several_faces_each_command_advises_what_it_has(capsys):
+    for name, group in typer.main.get_command(app).commands.items():
+        options = {word for param in group.params for word in param.opts}
+        if not {"--ref", "--ref-face"} & options:
+            continue
+        with pytest.raises(typer.Exit) as end, report_errors(name):
+            raise SeveralFacesError("2 were found: give a photo of one")
+        assert end.value.exit_code == 3
+        line = capsys.readouterr().err
+        assert ("--ref-face NUMBER or" in line) == ("--ref-face" in options), name
+        assert line.startswith("SeveralFacesError: 2 were found: give a photo of one, or ")
 
 
 def test_debug_adds_the_traceback(folder):
