@@ -87,9 +87,10 @@ def _ticker(film: Film, on_progress: Progress | None) -> Callable[[int], None]:
 def _folder(target: OutputFile, overwrite: bool) -> Generator[Path, None, None]:
     """A folder for the segments beside the output, which is gone when the block ends.
 
-    While the output is open no other run has the same folder.
+    It is named after the part, which is locked: while the output is open no other run has the same
+    folder.
     """
-    folder = target.path.with_name(f"{target.part.stem}.segments")
+    folder = target.path.with_name(f"{target.part.name}.segments")
     with write_errors(folder):
         try:
             folder.mkdir()

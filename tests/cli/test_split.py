@@ -41,7 +41,7 @@ def workers_of(process):
 def begun(folder, process):
     """Wait until a segment is being written; returns the processes that write."""
     deadline = time.monotonic() + 60
-    while not list(folder.glob("out.part.segments/*")) and time.monotonic() < deadline:
+    while not list(folder.glob("out.part.mp4.segments/*")) and time.monotonic() < deadline:
         time.sleep(0.01)
     return workers_of(process)
 

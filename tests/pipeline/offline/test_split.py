@@ -159,16 +159,31 @@ def test_a_segment_that_fails_leaves_no_file(tmp_path):
 
 def test_what_a_killed_run_left_is_removed_only_on_request(tmp_path):
     src = make_clip(tmp_path / "in.mp4", frames=60, options=GROUP)
-    left = tmp_path / "out.part.segments"
+    left = tmp_path / "out.part.mp4.segments"
     left.mkdir()
     (left / "segment-00001").write_bytes(b"old")
     (left / "mine.txt").write_bytes(b"mine")
     settings = {"split_minutes": SECOND}
-    with pytest.raises(UsageError, match=r"out\.part\.segments exists"):
+    with pytest.raises(UsageError, match=r"out\.part\.mp4\.segments exists"):
         process_video(src, tmp_path / "out.mp4", None, Settings(**settings))
     process_video(src, tmp_path / "out.mp4", None, Settings(**settings, overwrite=True))
     assert len(decoded(tmp_path / "out.mp4")) == 60
     assert [path.name for path in left.iterdir()] == ["mine.txt"]
+
+
+def test_runs_whose_outputs_differ_in_the_ending_stay_apart(tmp_path, monkeypatch):
+    src = make_clip(tmp_path / "in.mp4", frames=60, options=GROUP)
+    settings, paint = Settings(split_minutes=SECOND, overwrite=True), split_module.paint_segments
+
+    def with_another_run(*words):
+        monkeypatch.setattr(split_module, "paint_segments", paint)
+        process_video(src, tmp_path / "out.mkv", None, settings)
+        return paint(*words)
+
+    monkeypatch.setattr(split_module, "paint_segments", with_another_run)
+    process_video(src, tmp_path / "out.mp4", None, settings)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in.mp4", "out.mkv", "out.mp4"]
+    assert len(decoded(tmp_path / "out.mp4")) == len(decoded(tmp_path / "out.mkv")) == 60
 
 
 def test_progress_counts_the_frames_of_all_segments(tmp_path):
