@@ -1,6 +1,6 @@
 """Demuxes the input and decodes its video; the packets of other streams go to the output."""
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Protocol
@@ -50,13 +50,13 @@ class DecodeStats:
 class StreamCopier(Protocol):
     """Takes the rest of the input to the output; see Muxer, which is one.
 
-    dropped: one line for each stream or property that the output cannot hold.
-    strict: such losses are errors.
+    strict: losses are errors.  add_dropped: takes a line for each stream or property that the
+    output cannot hold.
     """
 
     strict: bool
-    dropped: list[str]
 
+    def add_dropped(self, lines: Sequence[str]) -> None: ...
     def trim(self, start: Fraction | None, end: Fraction | None, shift: Fraction) -> None: ...
     def copy(self, packet: Any) -> None: ...
 
@@ -142,10 +142,12 @@ class Decoder:
             f"{_in_words(abs(by))} {'later' if by > 0 else 'earlier'}, since the clock jumps there"
             for at, by in self._jumps.jumps
         ]
-        self.muxer.dropped += [
-            f"{stream}: it begins where the streams of the output are fixed already"
-            for stream in late_streams(self.source.container)
-        ]
+        self.muxer.add_dropped(
+            [
+                f"{stream}: it begins where the streams of the output are fixed already"
+                for stream in late_streams(self.source.container)
+            ]
+        )
 
     def close(self) -> None:
         """Read no more. A video that is not read to its end would keep this decoder in memory until
@@ -225,7 +227,7 @@ class Decoder:
             if is_damaged and self.trim.is_counted(seconds + (self.trim.shift or 0)):
                 self.stats.corrupt_frames += 1
             if not self.stats.frames:
-                self.muxer.dropped += self.convert.dropped
+                self.muxer.add_dropped(self.convert.dropped)
                 self._refuse_changes()
             self.stats.frames += 1
             # the source's I/P/B choices must not become the encoder's

@@ -53,7 +53,6 @@ class CopyFrames:
 class CopyToAll:
     """Takes the packets of a video's other streams to several outputs; see StreamCopier.
 
-    dropped: what holds for all outputs.
     errors: what ended each output, None where nothing did; such an output gets no more packets. An
     output that cannot take a packet gets an entry here.
     """
@@ -61,7 +60,10 @@ class CopyToAll:
     def __init__(self, muxers: Sequence[Muxer], errors: list[Exception | None]) -> None:
         self._muxers, self._errors = muxers, errors
         self.strict = muxers[0].strict
-        self.dropped: list[str] = []
+
+    def add_dropped(self, lines: Sequence[str]) -> None:
+        for muxer in self._muxers:
+            muxer.add_dropped(lines)
 
     def trim(self, start: Fraction | None, end: Fraction | None, shift: Fraction) -> None:
         for muxer in self._muxers:

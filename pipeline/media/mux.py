@@ -3,7 +3,7 @@
 import contextlib
 import errno
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from typing import Any, TypeVar
 
@@ -60,6 +60,10 @@ class Muxer:
         # packets that come before the header, and whether they are hidden; then None
         self._waiting: list[tuple[Any, bool]] | None = []
         self._lock = threading.Lock()
+
+    def add_dropped(self, lines: Sequence[str]) -> None:
+        """Note what is lost. A strict run refuses it when the output is opened or finished."""
+        self.dropped += lines
 
     # -- opening -------------------------------------------------------------------------------
 

@@ -7,7 +7,7 @@ unchanged.
 """
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -92,6 +92,9 @@ class SegmentWriter:
     @property
     def video_packets(self) -> int:
         return len(self._times)
+
+    def add_dropped(self, lines: Sequence[str]) -> None:
+        self.dropped += lines
 
     def drop(self, what: str) -> None:
         """Note what is lost from now on."""

@@ -131,8 +131,8 @@ class _Film:
             muxers = self._muxers  # a function that held this video would keep it in memory
             # at once: where a disk is full, the others need the room of the one that failed
             self.fan = FanOut(groups, share, lambda at: muxers[at].abort())
-            self._copier = CopyToAll(self._muxers, self.fan.errors)
-            self.decoder = open_decoder(source, encoding, self._copier, settings)
+            copier = CopyToAll(muxers, self.fan.errors)
+            self.decoder = open_decoder(source, encoding, copier, settings)
         except BaseException:
             self.remove_parts()
             raise
@@ -175,7 +175,6 @@ class _Film:
         times = {name: one for name, one in runner.times.items() if name != "outputs"}
         report = film_report(source, path, self.decoder, sink.encoder, self._muxers[at])
         add_times(report, times | sink.times, runner.channels)
-        report.dropped = self._copier.dropped + report.dropped
         report.bytes_in = source.container.size
         if composite is not None:
             self.faces.count(report)

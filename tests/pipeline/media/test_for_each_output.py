@@ -1,0 +1,24 @@
+"""What several outputs of one video share: losses are refused by each of them."""
+
+import pytest
+from makeup_video.pipeline import Look, Settings, StrictError, process_looks, process_video
+from media import make_clip
+
+
+def test_strict_refuses_losses_of_several_looks_as_of_one(tmp_path):
+    src = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt="yuva420p")
+    settings = Settings(codec="h264", bit_depth=8, strict=True)
+    with pytest.raises(StrictError, match="transparency"):
+        process_video(src, tmp_path / "one.mkv", None, settings)
+    done = process_looks(src, {tmp_path / f"{name}.mkv": Look() for name in "ab"}, settings)
+    for outcome in done.values():
+        assert isinstance(outcome, StrictError) and "transparency" in str(outcome)
+    assert [path.name for path in tmp_path.iterdir()] == ["in.mkv"]
+
+
+def test_losses_of_several_looks_are_reported_once_for_each(tmp_path):
+    src = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt="yuva420p")
+    looks = {tmp_path / f"{name}.mkv": Look() for name in "ab"}
+    for report in process_looks(src, looks, Settings(codec="h264")).values():
+        (line,) = report.dropped
+        assert line.startswith("transparency: h264 has none here")
