@@ -54,7 +54,8 @@ class CopyToAll:
     """Takes the packets of a video's other streams to several outputs; see StreamCopier.
 
     errors: what ended each output, None where nothing did; such an output gets no more packets. An
-    output that cannot take a packet gets an entry here.
+    output that cannot take a packet gets an entry here, and is removed at once: where a disk is
+    full, the others need its room.
     """
 
     def __init__(self, muxers: Sequence[Muxer], errors: list[Exception | None]) -> None:
@@ -77,6 +78,7 @@ class CopyToAll:
                     muxer.copy(copy_of(packet), is_hidden=packet.is_discard)
                 except Exception as error:  # noqa: BLE001  # as in FanOut, it ends this output
                     self._errors[index] = self._errors[index] or error
+                    muxer.abort()
 
 
 def copy_of(packet: Any) -> Any:

@@ -281,11 +281,15 @@ class Muxer:
         return set_display_size(self.target.own_path, self._video_number, self._shown_wh)
 
     def abort(self) -> None:
-        """Close and remove what was written. Never raises: it runs after another error."""
+        """Close and remove what was written. Never raises: it runs after another error.
+
+        The other thread may be about to write: it then gets an error.
+        """
         with self._lock:
             if self._container is not None:
                 with contextlib.suppress(Exception):
                     self._container.close()
+                self._container = None  # FFmpeg crashes when a closed container gets a packet
             self.target.discard()
 
 

@@ -1,6 +1,7 @@
 """Everything but the painted video: audio, subtitles, data, chapters, cover art, tags."""
 
 import random
+from contextlib import closing
 from fractions import Fraction
 
 import av
@@ -8,6 +9,7 @@ import pytest
 from av.stream import Disposition
 from makeup_video.pipeline import Look, Settings, StrictError, process_looks, process_video
 from makeup_video.pipeline.files.output_file import OutputFile
+from makeup_video.pipeline.media.input_file import open_video
 from makeup_video.pipeline.media.mux import Muxer
 from makeup_video.pipeline.media.transcode import SubtitleConverter
 from media import add_video, decoded, encode_frames, make_clip, packets_of
@@ -294,6 +296,19 @@ def test_an_aborted_output_leaves_nothing(tmp_path):
     assert (tmp_path / "out.part.mp4").exists()
     muxer.abort()
     assert list(tmp_path.iterdir()) == [source]
+
+
+def test_a_packet_for_an_aborted_output_is_an_error(tmp_path):
+    """FFmpeg would end the process."""
+    path = make_clip(tmp_path / "in.mp4")
+    muxer = Muxer(OutputFile(tmp_path / "out.mkv", path, overwrite=False), "matroska")
+    with closing(open_video(path)) as source:
+        muxer.open(source, lambda out: out.add_stream_from_template(source.video))
+        muxer.start()
+        packet = next(source.container.demux(source.video))
+        muxer.abort()
+        with pytest.raises(AttributeError):
+            muxer.write(packet)
 
 
 @pytest.mark.parametrize("end", [".mp4", ".mkv", ".webm"])
