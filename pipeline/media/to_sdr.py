@@ -67,7 +67,7 @@ class ToSdr:
             # without a tag the matrix is BT.2020's, as always with PQ and HLG
             graph.add("scale", f"in_color_matrix={'auto' if matrix != 2 else 'bt2020'}"),
             graph.add("format", f"pix_fmts={_BETWEEN}"),
-            graph.add("lut3d", f"file={table}:interp=tetrahedral"),
+            graph.add("lut3d", file=table, interp="tetrahedral"),  # a path may have a colon
             graph.add("scale", "out_color_matrix=bt709:out_range=tv"),
             graph.add("format", f"pix_fmts={pix_fmt}"),
             graph.add(

@@ -71,6 +71,15 @@ def test_no_room_for_the_table_is_one_line(monkeypatch, tmp_path):
         ToSdr(frame, "yuv420p")
 
 
+@pytest.mark.parametrize("name", ["a:b", "it's", "a,b;[c]", "a\\b", "a=b %d"])
+def test_the_folder_of_temporary_files_may_have_any_name(monkeypatch, tmp_path, name):
+    (tmp_path / name).mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / name))
+    frame, *_ = hdr_frame(np.full((48, 64, 3), 0.5), PQ)
+    assert ToSdr(frame, "yuv420p")(frame).color_trc == 1
+    assert not list((tmp_path / name).iterdir())
+
+
 def hdr_clip(path, **more):
     return make_clip(
         path, "hevc", pix_fmt="yuv420p10le", colorspace=9, color_range=1, color_trc=16,
