@@ -24,6 +24,7 @@ _PROGRESSIVE = 1  # FFmpeg's AV_FIELD_PROGRESSIVE; 0 is unknown, and higher numb
 class Encoding:
     """container: FFmpeg's name of the output's muxer.  codec, options: of the encoder.
 
+    frame_px: of the output; before and after side by side have twice the pixels of the source.
     depth: bits a sample; None: those usual for the codec.  sdr: HDR becomes SDR.
     note: how the encoder was chosen, where hardware was asked for.
     """
@@ -31,6 +32,7 @@ class Encoding:
     container: str
     codec: VideoCodec
     options: dict[str, str]
+    frame_px: int
     depth: int | None
     sdr: bool
     note: str = ""
@@ -42,7 +44,7 @@ class Encoding:
         self, writer: PacketWriter, source: VideoSource, threads: int | None
     ) -> VideoEncoder:
         """threads: 0 lets the encoder choose; None: as `encoder_threads`."""
-        count = encoder_threads(self.codec, source.frame_px, threads)
+        count = encoder_threads(self.codec, self.frame_px, threads)
         return VideoEncoder(writer, source, self.codec, self.options, count, self.note)
 
 
@@ -63,7 +65,8 @@ def choose_encoding(source: VideoSource, output: Path, settings: Settings) -> En
     if settings.hardware != NONE:
         codec, note = pick_encoder(codec, settings.hardware, _needs(source, depth, settings))
     options = encoder_options(codec, settings.crf, settings.preset)
-    return Encoding(container, codec, options, depth, settings.sdr, note)
+    frame_px = source.frame_px * (2 if settings.compare else 1)
+    return Encoding(container, codec, options, frame_px, depth, settings.sdr, note)
 
 
 def _needs(source: VideoSource, depth: int | None, settings: Settings) -> EncoderNeeds:

@@ -134,8 +134,9 @@ def encoders_at_once(
 ) -> int:
     """How many looks of a video are encoded at the same time: at least 1, at most 16, and no more
     than a share of the free memory holds."""
-    codec = choose_encoding(source, output, settings).codec
-    each_bytes = max(1, codec.memory_mb_per_mpx * source.frame_px)  # MB per Mpx is bytes per px
+    encoding = choose_encoding(source, output, settings)
+    # MB per Mpx is bytes per px
+    each_bytes = max(1, encoding.codec.memory_mb_per_mpx * encoding.frame_px)
     return max(1, min(_MOST_AT_ONCE, int(memory_share * free_memory_bytes() / each_bytes)))
 
 

@@ -4,6 +4,7 @@ import os
 import signal
 import time
 from collections import Counter
+from contextlib import closing
 from pathlib import Path
 
 import av
@@ -115,6 +116,14 @@ def test_half_of_the_free_memory_is_given_to_encoders(tmp_path, monkeypatch, fre
     settings = Settings(codec=codec)
     assert looks_module.encoders_at_once(source, tmp_path / "a.mp4", settings) == count
     source.close()
+
+
+def test_encoders_of_before_and_after_need_twice_the_memory(tmp_path, monkeypatch):
+    monkeypatch.setattr(looks_module, "free_memory_bytes", lambda: 360_000_000)
+    with closing(looks_module.open_video(film(tmp_path / "in.mkv", [grey(640, 360)]))) as source:
+        for compare, count in ((False, 6), (True, 3)):
+            settings = Settings(codec="h264", compare=compare)
+            assert looks_module.encoders_at_once(source, tmp_path / "a.mp4", settings) == count
 
 
 @pytest.mark.parametrize("name", ["in.jpg", "in.png"])

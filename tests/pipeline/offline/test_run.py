@@ -1,6 +1,7 @@
 """One run over a file: the part that is read, the threads, the report."""
 
 import os
+from contextlib import closing
 from fractions import Fraction
 from types import SimpleNamespace
 
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from makeup_video.pipeline import Settings, UsageError, process_video
 from makeup_video.pipeline.engine.machine import cores
 from makeup_video.pipeline.media.codecs import CODECS
+from makeup_video.pipeline.media.input_file import open_video
 from makeup_video.pipeline.offline import encoding, film
 from media import decoded, make_clip, packets_of, picture, times_of
 from whole_files import HALF_TICK_MKV, through
@@ -105,6 +107,17 @@ def test_codecs_get_threads_by_cores_or_as_asked(tmp_path, monkeypatch, cores, t
         src, tmp_path / "out.mp4", decoder_threads=decoder_threads, encoder_threads=encoder_threads
     )
     assert (thread_counts["decode"], thread_counts["encode"]) == expected
+
+
+@pytest.mark.parametrize(("compare", "count"), [(False, 0), (True, 8)])
+def test_before_and_after_count_as_one_large_frame(tmp_path, monkeypatch, compare, count):
+    monkeypatch.setattr(encoding, "VideoEncoder", lambda *words: words[-2])  # before the note
+    monkeypatch.setattr(encoding, "cores", lambda: 8)
+    monkeypatch.setattr(encoding, "_LARGE_PX", 2 * 96 * 64)
+    with closing(open_video(make_clip(tmp_path / "in.mp4", frames=3))) as source:
+        settings = Settings(compare=compare)
+        chosen = encoding.choose_encoding(source, tmp_path / "out.mp4", settings)
+        assert chosen.encoder(None, source, None) == count
 
 
 def test_planes_reach_the_encoder_unconverted(tmp_path):
