@@ -82,11 +82,10 @@ class SegmentResult:
     """A painted segment, and what was counted; it can be pickled.
 
     before, after, numbers: as in SegmentFaces.  chosen_frames: as in Composite.
-    shown_numbers: `numbers` of Composite.
     largest_first, largest_id: the largest face when the segment began, and the one that was painted
     last as the largest.
-    Faces have the segment's own numbers, but in `shown_numbers` and those of the largest face the
-    video's, where the job knew them.
+    Faces have the segment's own numbers, but those of the largest face are the video's, where the
+    job knew them.
     """
 
     file: SegmentFile
@@ -95,7 +94,6 @@ class SegmentResult:
     after: Sightings = field(default_factory=dict)
     numbers: tuple[int, ...] = ()
     chosen_frames: int = 0
-    shown_numbers: frozenset[int] = frozenset()
     largest_first: int | None = None
     largest_id: int | None = None
 
@@ -220,7 +218,6 @@ class _Painting:
             faces.after,
             tuple(faces.numbers),
             composite.chosen_frames,
-            frozenset(composite.numbers),
             self._painter.largest_first,
             composite.largest_id,
         )
