@@ -143,8 +143,9 @@ class Muxer:
         if self.strict and (self.dropped or self.converted):
             lost = "; ".join([*self.dropped, *(f"{text} (converted)" for text in self.converted)])
             strict = option("strict")
+            advice = "Leave" if self.part.suffix.lower() == ".mkv" else "Use .mkv, or leave"
             raise StrictError(
-                f"{strict}: {self.part.suffix} cannot keep {lost}. Use .mkv, or leave {strict} out."
+                f"{strict}: {self.part.suffix} cannot keep {lost}. {advice} {strict} out."
             )
 
     # -- packets -------------------------------------------------------------------------------

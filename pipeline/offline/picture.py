@@ -132,6 +132,7 @@ def _write(
         painted = side_by_side(untouched, painted, picture.orientation)
     metadata = _of_these_colours(_without_thumbnail(picture.metadata), painted, report)
     report.conversions += picture.tags.conversions
+    is_lost_in_png = bool(report.dropped or report.conversions) or _loses_tags(picture.tags)
     written = encode_picture(target.part, _fitting(painted, report), metadata)
     report.dropped += _lost_metadata(written, target.part, metadata)
     written, lost_tags = with_file_tags(written, codec, picture.tags)
@@ -140,12 +141,17 @@ def _write(
     with write_errors(target.part):
         target.own_path.write_bytes(written)
     if settings.strict and (lost := report.dropped + report.conversions):
-        advice = "Leave" if suffix == ".png" else "Use .png, or leave"
+        advice = "Leave" if suffix == ".png" or is_lost_in_png else "Use .png, or leave"
         raise StrictError(
             f"{option('strict')}: {suffix} cannot keep {'; '.join(lost)}. {advice} "
             f"{option('strict')} out."
         )
     return report
+
+
+def _loses_tags(tags: FileTags) -> bool:
+    """True for tags that a PNG cannot hold."""
+    return bool(tags.lost or (tags.names and tags.kind != "png"))
 
 
 def _fitting(pixels: np.ndarray, report: Report) -> np.ndarray:

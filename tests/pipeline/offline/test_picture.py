@@ -137,10 +137,24 @@ def test_16_bits_into_an_8_bit_format_are_reported(tmp_path, end):
 def test_strict_refuses_what_a_picture_would_lose(tmp_path, kind):
     pixels = scene(dtype=np.uint16) if kind == "16 bits" else scene((40, 60, 4))
     src = write(tmp_path / "in.png", pixels)
-    with pytest.raises(StrictError, match="cannot keep"):
+    with pytest.raises(StrictError, match=r"cannot keep .*\. Use \.png, or leave strict out\.$"):
         process_video(src, tmp_path / "out.jpg", None, Settings(strict=True))
     assert [path.name for path in tmp_path.iterdir()] == ["in.png"]
     process_video(src, tmp_path / "out.png", None, Settings(strict=True))
+
+
+@pytest.mark.parametrize(
+    ("lost", "end"),
+    [("behind the picture", ".jpg"), ("CMYK", ".jpg"), ("CMYK", ".webp"), ("comment", ".webp")],
+)
+def test_png_is_not_advised_where_it_loses_the_same(tmp_path, lost, end):
+    src = tmp_path / "in.jpg"
+    stored = Image.fromarray(scene()).convert("CMYK" if lost == "CMYK" else "RGB")
+    stored.save(src, comment=b"by Jane" if lost == "comment" else None)
+    if lost == "behind the picture":
+        src.write_bytes(src.read_bytes() * 2)
+    with pytest.raises(StrictError, match=rf"{lost}.*\. Leave strict out\.$"):
+        process_video(src, tmp_path / f"out{end}", None, Settings(strict=True))
 
 
 def test_an_animated_picture_is_a_video(tmp_path):
