@@ -161,21 +161,21 @@ class Endpoints:
         """Start a recording, with `on=1`, or stop it: for the user of this machine alone."""
         room = self._room_of_owner(request)
         on = request.query_params.get("on") == "1"
-        await self._slow_jobs.run(lambda: room.session.record(on))
+        await self._slow_jobs.run_on_device(lambda: room.session.record(on))
         return JSONResponse({"on": on})
 
     async def cameras(self, request: Request) -> Response:
         """List the cameras and sizes that a page may choose, for the user of this machine alone."""
         session, is_owner = self._room(request).session, is_this_machine(request.scope)
-        choices = await self._downloads.run(request, session.cameras) if is_owner else {}
+        choices = await self._slow_jobs.run_on_device(session.cameras) if is_owner else {}
         return JSONResponse({"is_owner": is_owner, **choices})
 
     async def choose_camera(self, request: Request) -> Response:
         """Use another camera or size: for the user of this machine alone."""
         session = self._room_of_owner(request).session
         name, size = (request.query_params.get(key, "") for key in ("name", "size"))
-        await self._slow_jobs.run(lambda: session.choose_camera(name, size))
-        choices = await self._slow_jobs.run(session.cameras)
+        await self._slow_jobs.run_on_device(lambda: session.choose_camera(name, size))
+        choices = await self._slow_jobs.run_on_device(session.cameras)
         return JSONResponse({"is_owner": True, **choices})
 
     async def picture(self, request: Request) -> Response:
@@ -219,7 +219,10 @@ class Endpoints:
         return room
 
     def _room(self, request: Request) -> Room:
-        room = self._rooms.find(request.query_params.get("session", ""))
+        name = request.query_params.get("session", "")
+        room = self._rooms.find(name)
+        if room is None and self._rooms.show.find(name) is not None:
+            raise HTTPException(503, "the page is not connected now: try again in some seconds")
         if room is None:
             raise HTTPException(404, "the session of this page has ended: reload the page")
         return room

@@ -114,9 +114,8 @@ def _data_folder() -> Path:
 
 
 def _names(host: str) -> tuple[set[str], set[Address]]:
-    """The names and addresses by which browsers may ask for the page."""
-    here = socket.gethostname().lower()
-    names = {"localhost", here, f"{here.removesuffix('.local')}.local"}
+    """The names and addresses by which browsers may ask for the page, as of same_origin.py."""
+    names = {"localhost"}
     addresses = {ip_address("127.0.0.1"), ip_address("::1")}
     for one in filter(None, (host.lower(), lan_address())):
         try:

@@ -4,10 +4,10 @@ A Show has one Session for all pages (live) or one for each page (demo). A Sessi
 the picture that it is painted on; it knows no sockets, and makes pictures only while a page
 watches.
 
-`read`, `take_portrait`, `record`, `cameras`, `choose_camera`, `whole_picture` and the methods of
-thumbnails are slow: they are called on the thread of `SlowJobs`, one at a time. `show_again` is
-slow, too, and may be called on any thread. All others are called on the server's loop and must not
-block.
+`read`, `take_portrait`, `whole_picture` and the methods of thumbnails are slow: they are called on
+the thread of `SlowJobs`, one at a time. `record`, `cameras` and `choose_camera` are called on its
+other thread, one at a time, too. `show_again` is slow as well, and may be called on any thread. All
+others are called on the server's loop and must not block.
 """
 
 import struct

@@ -1,6 +1,9 @@
-"""The thread for slow jobs: reading photos, painting portraits, encoding PNG files.
+"""The threads for jobs that the server does not wait for.
 
-The thread has low priority, so that live frames come first. One job at a time limits its memory.
+Reading photos, painting portraits and encoding PNG files are slow jobs. Their thread has low
+priority, so that live frames come first. One job at a time limits its memory. Cameras and
+recordings have a thread of their own, of the usual priority: a job may start threads, which inherit
+its priority for good, and stopping a recording must not wait for a photo.
 """
 
 import asyncio
@@ -18,17 +21,21 @@ T = TypeVar("T")
 
 
 class SlowJobs:
-    """Runs jobs one after another on one thread."""
+    """Runs slow jobs one after another, and beside them those of cameras and recordings."""
 
     def __init__(self) -> None:
         self._pool = ThreadPoolExecutor(1, "slow-jobs", initializer=_lower_priority)
+        self._devices = ThreadPoolExecutor(1, "device-jobs")
         self._has_stopped = False
 
     def submit(self, job: Callable[[], T]) -> "Future[T]":
-        """Run a job after those that wait. After `stop` the job is cancelled."""
+        """Run a slow job after those that wait. After `stop` the job is cancelled."""
+        return self._submit_to(self._pool, job)
+
+    def _submit_to(self, pool: ThreadPoolExecutor, job: Callable[[], T]) -> "Future[T]":
         try:
             if not self._has_stopped:
-                return self._pool.submit(job)
+                return pool.submit(job)
         except RuntimeError:
             if not self._has_stopped:  # by another thread, just now
                 raise
@@ -37,8 +44,12 @@ class SlowJobs:
         return left_out
 
     async def run(self, job: Callable[[], T]) -> T:
-        """Run a job after those that wait, and return its result; see `result_of`."""
+        """Run a slow job after those that wait, and return its result; see `result_of`."""
         return await self.result_of(self.submit(job))
+
+    async def run_on_device(self, job: Callable[[], T]) -> T:
+        """The same for a job of a camera or a recording."""
+        return await self.result_of(self._submit_to(self._devices, job))
 
     async def result_of(self, submitted: "Future[T]") -> T:
         """The result of a job. Raises StoppedError for one that `stop` has left out."""
@@ -50,9 +61,10 @@ class SlowJobs:
             raise
 
     def stop(self) -> None:
-        """Cancel the jobs that wait. The running job is not waited for."""
+        """Cancel the jobs that wait. Running jobs are not waited for."""
         self._has_stopped = True
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        for pool in (self._pool, self._devices):
+            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _lower_priority() -> None:

@@ -86,8 +86,15 @@ def test_without_a_picture_there_is_nothing_to_download(url, query):
     assert head.status_code == 404 and not head.content
 
 
-@pytest.mark.parametrize("session", ["", "unknown", "stand-in"])  # nobody watches the last one
-def test_a_session_that_is_over_is_reported(url, session):
+@pytest.mark.parametrize(
+    ("session", "code", "advice"),
+    [
+        ("", 404, "reload the page"),
+        ("unknown", 404, "reload the page"),
+        ("stand-in", 503, "try again"),  # its page is not connected, and connects again by itself
+    ],
+)
+def test_a_session_that_no_page_watches_is_reported(url, session, code, advice):
     answers = [
         post(url, f"/photo?session={session}", b"x"),
         post(url, f"/portrait?session={session}", b"x"),
@@ -98,7 +105,7 @@ def test_a_session_that_is_over_is_reported(url, session):
         post(url, f"/shades?session={session}", b"x"),
     ]
     for answer in answers:
-        assert answer.status_code == 404 and "reload the page" in answer.json()["error"]
+        assert answer.status_code == code and advice in answer.json()["error"]
 
 
 def test_ready_looks_are_listed_and_painted(show, url):

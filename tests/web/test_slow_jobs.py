@@ -1,4 +1,4 @@
-"""One thread of low priority for slow jobs."""
+"""A thread of low priority for slow jobs, and one for cameras and recordings."""
 
 import asyncio
 import os
@@ -36,12 +36,40 @@ def test_slow_jobs_have_lower_priority_than_other_threads():
     assert SlowJobs().submit(priority).result(20) > priority()
 
 
-def test_the_result_or_error_of_a_job_reaches_its_waiter():
+@pytest.mark.skipif(
+    sys.platform != "linux", reason="priority is a matter of threads on Linux alone"
+)
+def test_threads_of_a_recording_keep_the_usual_priority():
+    def priority_of_a_thread():
+        found = []
+
+        def read():
+            found.append(os.getpriority(os.PRIO_PROCESS, threading.get_native_id()))
+
+        thread = threading.Thread(target=read)  # inherits the priority of the one that starts it
+        thread.start()
+        thread.join(20)
+        return found[0]
+
+    usual = os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
+    assert asyncio.run(SlowJobs().run_on_device(priority_of_a_thread)) == usual
+
+
+def test_a_recording_does_not_wait_for_a_photo():
+    slow_jobs, go_on = SlowJobs(), threading.Event()
+    photo = slow_jobs.submit(lambda: go_on.wait(20))
+    assert asyncio.run(slow_jobs.run_on_device(lambda: not photo.done()))
+    go_on.set()
+    assert photo.result(20)
+
+
+@pytest.mark.parametrize("run", [SlowJobs.run, SlowJobs.run_on_device])
+def test_the_result_or_error_of_a_job_reaches_its_waiter(run):
     async def waiting():
         slow_jobs = SlowJobs()
-        assert await slow_jobs.run(lambda: 3) == 3
+        assert await run(slow_jobs, lambda: 3) == 3
         with pytest.raises(ZeroDivisionError):
-            await slow_jobs.run(lambda: 1 // 0)
+            await run(slow_jobs, lambda: 1 // 0)
 
     asyncio.run(waiting())
 
@@ -59,5 +87,6 @@ def test_after_the_end_jobs_are_left_out_and_say_so():
     slow_jobs = SlowJobs()
     slow_jobs.stop()
     assert slow_jobs.submit(lambda: pytest.fail("it ran")).cancelled()
-    with pytest.raises(StoppedError, match="stopping"):
-        asyncio.run(slow_jobs.run(lambda: 1))
+    for run in (slow_jobs.run, slow_jobs.run_on_device):
+        with pytest.raises(StoppedError, match="stopping"):
+            asyncio.run(run(lambda: 1))
