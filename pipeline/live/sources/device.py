@@ -103,6 +103,7 @@ class DeviceCamera:
     rate: frames per second, as far as the camera declares a rate.
     notice: what the user should know now, "" when all is well.
     path: None, since no file is played.
+    size: of its pictures, as it was opened first, such as "1280x720".
     Raises InputError when there is no such camera.
     """
 
@@ -301,7 +302,7 @@ class DeviceCamera:
     def _log_mode(self, container: Any) -> None:
         """Log one line when the camera's mode differs from the requested one."""
         video, request = container.streams.video[0], self._request
-        size = f"{video.codec_context.width}x{video.codec_context.height}"
+        self.size = size = f"{video.codec_context.width}x{video.codec_context.height}"
         rate = video.average_rate or video.guessed_rate
         pixels = {"rawvideo": video.codec_context.pix_fmt}.get(video.name, video.name)
         differs = []

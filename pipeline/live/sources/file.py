@@ -68,9 +68,12 @@ class FileCamera:
     dropped: number of frames left out because decoding was late.
     damaged: number of packets that could not be decoded.
     rate: frames per second, as far as the file declares a rate.
+    size: None, since a file has one size alone.
     turn, zero_seconds: where the file stands, for its sound; see file_sound.Playing.
     Raises InputError or DecodeError when the file cannot be played.
     """
+
+    size: str | None = None
 
     def __init__(self, source: VideoSource, *, loop: bool) -> None:
         self._source, self._loop = source, loop

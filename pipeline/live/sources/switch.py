@@ -28,6 +28,7 @@ class CameraSwitch:
         self._log = log
         self._camera = open_source(settings, log)
         self._settings = settings
+        self._first_name = self._chosen_name()
         self._changed = Condition()
         self._is_switching = self._is_closed = self._is_lost = False
         self._opening = Lock()
@@ -110,12 +111,18 @@ class CameraSwitch:
         return self._camera.file_sound()
 
     def choices(self) -> dict[str, object]:
-        """What a page offers: names and sizes, and those of now. A file has no other size."""
-        names = [*cameras_found()]
-        if self.path is not None:
-            names.insert(0, str(self.path))
-        size = None if self.path is not None else self._settings.size
-        return {"names": names, "name": str(self.path or self.name), "sizes": SIZES, "size": size}
+        """What a page offers: names and sizes, and those of now. A file has no other size.
+
+        The source that the run began with stays among the names, also where it is a file or has a
+        name of its own.
+        """
+        names = list(dict.fromkeys([self._first_name, *cameras_found()]))
+        size = self._camera.size
+        return {"names": names, "name": self._chosen_name(), "sizes": SIZES, "size": size}
+
+    def _chosen_name(self) -> str:
+        """By which the source of now is chosen."""
+        return str(self.path or self.name)
 
     @property
     def path(self) -> Path | None:

@@ -190,6 +190,7 @@ def test_settings_that_a_camera_changes_are_one_logged_line(tmp_path, plug):
         "camera /dev/video0 gives 64x48, not 1280x720; 10 frames a second, not 30; yuyv422, not mjpeg"
     ]
     assert (frame.tags.matrix, frame.tags.range, camera.rate) == (6, 1, 10)
+    assert camera.size == "64x48"  # what a page shows
     assert frame.picture.format.name == "yuv420p"
 
 

@@ -43,6 +43,8 @@ def test_frames_of_another_camera_follow_with_later_times(clips):
     widths = frames_of(switch, 96, on_frame)
     assert widths[:3] == [64, 64, 64] and widths[-1] == 96
     assert switch.choices()["name"] == clips["b"]
+    assert clips["a"] in switch.choices()["names"]  # the way back
+    assert switch.choices()["size"] is None
 
 
 @pytest.mark.parametrize(
