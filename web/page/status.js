@@ -57,9 +57,9 @@ function recent(text) {
 /** Show a notice over the picture for some time; "" removes it. */
 export function tell(text) {
   told = text;
-  closed = "";
+  if (text === closed) closed = ""; // it is said anew
   clearTimeout(telling);
-  telling = setTimeout(() => tell(""), NOTICE_MS);
+  if (text) telling = setTimeout(() => tell(""), NOTICE_MS);
   showNotice();
 }
 

@@ -1,0 +1,30 @@
+"""Modules of the page alone, in a browser: messages, looks, pictures and notices."""
+
+import pytest
+from makeup_video.pipeline.look.ready import ready_looks
+
+LOOKS = [ready.look.to_dict() for ready in ready_looks()[:2]]
+
+
+@pytest.fixture
+def page(demo, visit):
+    return visit(demo)
+
+
+# A notice of the run, beside one of the page whose time is over, is closed; then timers end.
+CLOSED = """async () => {
+    const { showFigures, tell } = await import("/static/status.js");
+    const timers = [];
+    window.setTimeout = (call) => timers.push(call);
+    tell("several files");
+    showFigures({ fps: 30, level: 0, viewers: 1, sinks: [], notice: "too dark" });
+    timers.shift()();
+    document.querySelector("#notice button").click();
+    for (let at = 0; at < 3; at++) timers.shift()?.();
+}"""
+
+
+def test_a_notice_of_the_run_that_is_closed_stays_closed(page):
+    page.page.evaluate(CLOSED)
+    assert page.page.text_content("#notice span") == "too dark"
+    assert not page.page.is_visible("#notice")
