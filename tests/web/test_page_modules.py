@@ -28,3 +28,34 @@ def test_a_notice_of_the_run_that_is_closed_stays_closed(page):
     page.page.evaluate(CLOSED)
     assert page.page.text_content("#notice span") == "too dark"
     assert not page.page.is_visible("#notice")
+
+
+# Pictures that come to a page that draws nothing; then it draws. What was acknowledged before
+# and after.
+HIDDEN = """async () => {
+    const { Picture } = await import("/static/picture.js");
+    const refreshes = [];
+    window.requestAnimationFrame = (call) => refreshes.push(call);
+    const canvas = document.createElement("canvas");
+    const blob = await new Promise((resolve) => canvas.toBlob(resolve, "image/jpeg"));
+    const data = new Uint8Array(await blob.arrayBuffer());
+    const seen = [];
+    const picture = new Picture(canvas, (pts) => seen.push(pts), () => {}, () => {});
+    const rest = () => new Promise((resolve) => setTimeout(resolve, 100));
+    for (const pts of [1, 2, 3, 4, 5]) {
+        picture.show({ pts, rotation: 0, isVideo: false, painted: { data }, before: null });
+        await rest();
+    }
+    const hidden = [...seen];
+    while (refreshes.length) {
+        refreshes.shift()();
+        await rest();
+    }
+    return [hidden, seen.sort()];
+}"""
+
+
+def test_a_hidden_page_acknowledges_no_picture(page):
+    hidden, seen = page.page.evaluate(HIDDEN)
+    assert hidden == []
+    assert seen == [1, 2, 3, 4, 5]

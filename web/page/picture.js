@@ -83,7 +83,8 @@ export class Picture {
   }
 
   #leaveOut({ pts, images }) {
-    this.#acknowledge(pts);
+    // not earlier: a hidden page would otherwise be sent every picture
+    this.#onScreen.then(() => this.#acknowledge(pts));
     images?.then((made) => made.forEach((image) => image?.close()));
   }
 
