@@ -59,3 +59,42 @@ def test_a_hidden_page_acknowledges_no_picture(page):
     hidden, seen = page.page.evaluate(HIDDEN)
     assert hidden == []
     assert seen == [1, 2, 3, 4, 5]
+
+
+# What is sent before hello and after it, on a connection that is open.
+BEFORE_HELLO = """async (type) => {
+    const { Connection } = await import("/static/connection.js");
+    const sent = [];
+    let socket = null;
+    window.WebSocket = class {
+        static OPEN = 1;
+        readyState = 1;
+        constructor() { socket = this; }
+        send(text) { sent.push(JSON.parse(text).type); }
+    };
+    const connection = new Connection({});
+    const before = [connection.isUp, connection.send({ type: "early" })];
+    socket.onmessage({ data: JSON.stringify({ type: "hello", session: "a", mode: "live" }) });
+    return [before, [connection.isUp, connection.send({ type: "late" })], sent];
+}"""
+
+
+def test_nothing_is_sent_before_the_server_has_said_hello(page):
+    before, after, sent = page.page.evaluate(BEFORE_HELLO)
+    assert (before, after, sent) == ([False, False], [True, True], ["late"])
+
+
+# Whether an edit counts as unsent before the screen's refresh, and after it.
+EDITED = """async ([look]) => {
+    const { LookStore } = await import("/static/look.js");
+    const store = new LookStore(() => true);
+    store.start(look, null);
+    store.edit((copy) => (copy.strength = 0.5));
+    const before = store.isUnsent;
+    await new Promise(requestAnimationFrame);
+    return [before, store.isUnsent];
+}"""
+
+
+def test_an_edit_is_unsent_until_the_screen_is_refreshed(page):
+    assert page.page.evaluate(EDITED, LOOKS) == [True, False]

@@ -62,9 +62,17 @@ export class Connection {
     setInterval(() => this.#watch(), 1000);
   }
 
-  /** Send a message; returns false, and does nothing, while the connection is lost. */
+  /** Whether the server has said hello on a connection that is not known to be lost. */
+  get isUp() {
+    return this.#isUp;
+  }
+
+  /**
+   * Send a message; returns false, and does nothing, while the connection is lost. Before hello it
+   * still counts as lost: the look in hello would replace a look that was sent earlier.
+   */
   send(message) {
-    if (this.#socket?.readyState !== WebSocket.OPEN) return false;
+    if (!this.#isUp || this.#socket?.readyState !== WebSocket.OPEN) return false;
     this.#socket.send(JSON.stringify(message));
     return true;
   }

@@ -50,7 +50,7 @@ export class LookStore extends EventTarget {
   photoLook = null; // the look that was last read from a photo
   #send;
   #sendScheduled = false;
-  isUnsent = false; // the last look was not sent, since the connection was lost
+  isUnsent = false; // the last look waits for the screen's refresh, or for a connection
   #count = 0; // of our own looks on this connection, with the one about to be sent
   #name = "look";
   #awaited = null; // {file, look}: of a file, sent to the server, which returns the whole look
@@ -197,7 +197,7 @@ export class LookStore extends EventTarget {
     this.#awaited = null; // the server receives our look after that of the file
     this.#show(look);
     if (this.#sendScheduled) return;
-    this.#sendScheduled = true;
+    this.#sendScheduled = this.isUnsent = true;
     this.#count += 1;
     requestAnimationFrame(() => {
       if (!this.#sendScheduled) return; // a new connection has started meanwhile
