@@ -46,3 +46,17 @@ def test_a_text_that_is_no_colour_leaves_the_colour(page):
     field.press("Tab")
     assert page.look().lips.hex == "#B4002E"
     assert before.lips.hex != "#10203040"
+
+
+def test_a_wrong_text_brings_no_older_colour_back(page):
+    field = page.page.locator("#lips-panel .hex").first
+    first = field.input_value()
+    for colour in ("#102030", first):  # to the same text as before, so that nothing is "changed"
+        field.press("Control+a")
+        field.press_sequentially(colour)
+    field.press("Tab")
+    page.page.locator("#lips-panel input[type=color]").first.fill("#405060")
+    field.fill("")
+    field.press_sequentially("none")
+    field.press("Enter")
+    assert field.input_value() == "#405060"

@@ -57,7 +57,10 @@ export function colourField(label, onInput) {
     before = null;
     hex.setCustomValidity("");
   });
-  hex.addEventListener("blur", () => (hex.value = current));
+  hex.addEventListener("blur", () => {
+    hex.value = current;
+    before = null; // "change" does not come when the text is the same as at first
+  });
   const set = (params) => {
     if (hexOf(params) !== current) error.textContent = ""; // of an older text
     current = hexOf(params);
