@@ -60,3 +60,24 @@ def test_a_wrong_text_brings_no_older_colour_back(page):
     field.press_sequentially("none")
     field.press("Enter")
     assert field.input_value() == "#405060"
+
+
+PASTE = """([selector, text]) => {
+    const clipboardData = new DataTransfer();
+    clipboardData.items.add(new File(["no photo"], "copied.png", { type: "image/png" }));
+    if (text) clipboardData.setData("text/plain", text);
+    const event = new ClipboardEvent("paste", { clipboardData, bubbles: true, cancelable: true });
+    document.querySelector(selector).dispatchEvent(event);
+    return event.defaultPrevented;
+}"""
+
+
+@pytest.mark.parametrize(
+    "selector, text, is_photo",
+    [("#name", "evening", False), ("#name", "", True), ("#undo", "evening", True)],
+)
+def test_text_with_a_picture_of_itself_is_pasted_as_text(page, selector, text, is_photo):
+    assert page.page.evaluate(PASTE, [selector, text]) == is_photo
+    if is_photo:
+        page.until(lambda: "copied.png" in page.page.inner_text("#photo-slot .error"))
+    assert ("reading" in page.page.get_attribute("#photo-slot", "class")) is False

@@ -1,6 +1,7 @@
 // Keys of the whole page. The "?" dialog in index.html lists them.
 
-const TYPED =
+/** Fields in which the visitor types. */
+export const TYPED =
   "input:not([type=range], [type=checkbox], [type=radio], [type=file], [type=color]), " +
   "textarea, select";
 

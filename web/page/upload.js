@@ -3,6 +3,7 @@
 import { isReadable, NO_ANSWER, unreadable } from "./ask.js";
 import { el } from "./elements.js";
 import { chooseFace } from "./faces.js";
+import { TYPED } from "./keys.js";
 import { tellInFullScreen } from "./status.js";
 
 const SLOTS = {
@@ -237,6 +238,9 @@ export class Photos {
       type.startsWith("image/"),
     );
     if (!file) return;
+    // text of an office program comes with a picture of itself
+    const isTyped = event.target.closest?.(TYPED) && event.clipboardData.types.includes("text/plain");
+    if (isTyped) return;
     event.preventDefault();
     this.#take(file);
   }
