@@ -56,3 +56,20 @@ def test_a_restart_is_no_step_and_another_mode_reloads(chromium, visit):
     page.until(lambda: page.page.locator("#portrait-slot").count() == 0)
     page.until(lambda: page.pts is not None)
     assert live.stop() == 0, live.lines
+
+
+def test_after_a_restart_the_photo_is_still_that_of_the_look(chromium, visit):
+    arguments = "demo", "--ref", str(SAMPLES / "look.jpg")
+    first = Served(*arguments)
+    page = visit(first)
+    page.server_may_stop = True
+    page.until(lambda: "look.jpg" in page.page.inner_text("#photo-slot b"))
+    page.drop(SAMPLES / "look.jpg", ".target[data-kind=photo]", name="evening.jpg")
+    page.until(lambda: "evening.jpg" in page.page.inner_text("#photo-slot b"))
+    assert first.stop() == 0
+    page.until(lambda: page.page.is_visible("#veil"))
+    second = Served(*arguments, port=first.port)
+    page.until(lambda: not page.page.is_visible("#veil"))
+    assert "evening.jpg" in page.page.inner_text("#photo-slot b")
+    assert page.page.is_visible("#look-words")
+    assert second.stop() == 0

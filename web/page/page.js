@@ -102,8 +102,10 @@ function welcome(message) {
   controls ??= new Controls(hello, store, shades, openShades);
   photos.start(hello);
   looks.start(hello);
-  if (hello.photo) showPhoto(hello.photo);
-  else if (!forgotten) byId("look-words").hidden = true; // of a photo that the server has no more
+  if (!forgotten) {
+    if (hello.photo) showPhoto(hello.photo);
+    else byId("look-words").hidden = true; // of a photo that the server has no more
+  }
   if (isMine) store.sendAgain();
   compare.askAgain();
   if (hello.has_video) {
