@@ -114,6 +114,12 @@ def test_a_file_that_is_gone_cannot_be_read(page, tmp_path, file):
     page.until(lambda: f"{file} cannot be read" in page.page.inner_text(place))
 
 
+def test_a_thumbnail_cannot_be_dropped_as_a_new_photo(page):
+    images = page.page.locator("#photos img")
+    assert images.count() == 2
+    assert [one.evaluate("(image) => image.draggable") for one in images.all()] == [False, False]
+
+
 SEVERAL = """(files) => {
     const dataTransfer = new DataTransfer();
     for (const [name, text] of files) dataTransfer.items.add(new File([atob(text)], name));

@@ -11,7 +11,7 @@ const picture = dialog.querySelector(".picture");
  */
 export function chooseFace({ error, picture: jpeg, faces }, signal) {
   dialog.querySelector("h2").textContent = error;
-  const image = el("img", { alt: "", src: URL.createObjectURL(blobOf(jpeg)) });
+  const image = el("img", { alt: "", draggable: false, src: URL.createObjectURL(blobOf(jpeg)) });
   return new Promise((resolve) => {
     const buttons = faces.map((face) => {
       const label = `Face ${face.number}`; // as the command numbers it

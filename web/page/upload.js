@@ -39,7 +39,8 @@ class Slot {
   file = null; // the last photo that was accepted
   #kind;
   #upload;
-  #thumb = el("img", { alt: "", hidden: true });
+  // a thumbnail that is dragged would count as a new photo
+  #thumb = el("img", { alt: "", hidden: true, draggable: false });
   #hint;
   #request = null;
 
