@@ -133,16 +133,3 @@ def test_of_several_dropped_files_one_is_used(page):
     page.until(lambda: name(page) == "one")
     page.until(lambda: page.page.is_visible("#notice"))
     assert "only one.json is used" in page.page.inner_text("#notice")
-
-
-def test_a_server_that_is_silent_is_given_up(page, tmp_path):
-    page.page.evaluate(
-        """() => {
-            const timeout = AbortSignal.timeout;
-            AbortSignal.timeout = (ms) => timeout.call(AbortSignal, ms / 100);
-        }"""
-    )
-    page.page.route("**/shades?*", lambda route: None)  # never answered
-    (tmp_path / "shades.csv").write_text("brand,product,shade,hex\nA,B,C,#102030\n")
-    page.drop(tmp_path / "shades.csv")
-    page.until(lambda: "shades.csv could not be sent: " in page.page.inner_text("#error"))

@@ -28,6 +28,8 @@ const WHOLE = {
   "text/csv": SHADES,
   "application/vnd.ms-excel": SHADES, // CSV on Windows
 };
+// for the server's 60 s for the upload, and for reading it; a lost peer may never answer
+const PATIENCE_MS = 150_000;
 const PHOTOS = "image/*,.heic,.heif,.avif"; // not every browser knows these as pictures
 const NO_FACE = "No face was chosen: the look stays as it is.";
 const NOT_SENT = (file) => `${nameOf(file)} could not be sent: ${NO_ANSWER}`;
@@ -44,7 +46,7 @@ class Slot {
   #hint;
   #request = null;
 
-  /** upload(kind, file, signal): resolves to null, or to the reason for a refusal. */
+  /** upload(kind, file, request): resolves to null, or to the reason for a refusal. */
   constructor(kind, upload) {
     const { title, empty, hint } = SLOTS[kind];
     this.#kind = kind;
@@ -80,8 +82,8 @@ class Slot {
     this.#request?.abort(); // the newest photo wins
     const request = (this.#request = new AbortController());
     this.#state("reading", "");
-    const refused = await this.#upload(this.#kind, file, request.signal);
-    if (request.signal.aborted) return;
+    const refused = await this.#upload(this.#kind, file, request);
+    if (request !== this.#request) return;
     this.#request = null;
     this.#state("", refused ?? "");
     if (refused === null) this.#accept(file);
@@ -151,21 +153,26 @@ export class Photos {
     this.#slots.photo.show(this.#hello.session, name);
   }
 
-  async #upload(kind, file, signal, face = "") {
+  /** request: its AbortController. */
+  async #upload(kind, file, request, face = "") {
     const limit = this.#hello.photo_bytes_limit;
     if (file.size > limit) {
       const [size, most] = [Math.ceil(file.size / 1e6), Math.floor(limit / 1e6)];
       return `${nameOf(file)} has ${size} MB; a photo may have at most ${most} MB.`;
     }
     if (!(await isReadable(file))) return unreadable(file);
+    // AbortSignal.any would do the same, but iOS 16 lacks it
+    const late = setTimeout(() => request.abort(), PATIENCE_MS);
     try {
       const address = `/${kind}?session=${encodeURIComponent(this.#hello.session)}&face=${face}`;
       const headers = { "X-File-Name": encodeURIComponent(file.name) };
+      const { signal } = request;
       const response = await fetch(address, { method: "POST", body: file, headers, signal });
       const answer = await response.json();
+      clearTimeout(late); // the visitor may take longer to choose a face
       if (answer.faces) {
         const chosen = await chooseFace(answer, signal);
-        return chosen === null ? NO_FACE : this.#upload(kind, file, signal, chosen);
+        return chosen === null ? NO_FACE : this.#upload(kind, file, request, chosen);
       }
       if (!response.ok) return answer.error ?? NOT_SENT(file);
       if (kind === "portrait") this.#slots.portrait.show(this.#hello.session);

@@ -1,0 +1,45 @@
+"""Requests of the page that fail, are refused, or get no answer."""
+
+import json
+
+import pytest
+from makeup_video.pipeline.look.ready import ready_looks
+from people import SAMPLES
+
+READY = len(ready_looks())
+# Time passes a hundred times as fast.
+FAST = """
+    const [timer, timeout] = [window.setTimeout, AbortSignal.timeout];
+    window.setTimeout = (call, ms) => timer(call, ms / 100);
+    AbortSignal.timeout = (ms) => timeout.call(AbortSignal, ms / 100);
+"""
+
+
+@pytest.fixture
+def page(demo, visit):
+    return visit(demo)
+
+
+def test_a_catalogue_that_gets_no_answer_is_given_up(page, tmp_path):
+    page.page.evaluate(FAST)
+    page.page.route("**/shades?*", lambda route: None)  # never answered
+    (tmp_path / "shades.csv").write_text("brand,product,shade,hex\nA,B,C,#102030\n")
+    page.drop(tmp_path / "shades.csv")
+    page.until(lambda: "shades.csv could not be sent: " in page.page.inner_text("#error"))
+
+
+def test_a_photo_that_gets_no_answer_is_given_up(page):
+    page.page.evaluate(FAST)
+    page.page.route("**/photo?*", lambda route: None)
+    page.drop(SAMPLES / "look.jpg", ".target[data-kind=photo]")
+    error = page.page.locator("#photo-slot .error")
+    page.until(lambda: error.inner_text().startswith("look.jpg could not be sent: the server"))
+    assert page.page.get_attribute("#photo-slot", "aria-busy") == "false"
+
+
+def test_a_picture_that_gets_no_answer_is_given_up(page):
+    # an error is shown for some time, here short, too
+    page.page.evaluate(FAST.replace("window.setTimeout =", "const unused ="))
+    page.page.route("**/picture.png?*", lambda route: None)
+    page.page.click("#save-picture")
+    page.until(lambda: "picture could not be saved: " in page.page.inner_text("#error"))
