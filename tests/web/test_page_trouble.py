@@ -43,3 +43,23 @@ def test_a_picture_that_gets_no_answer_is_given_up(page):
     page.page.route("**/picture.png?*", lambda route: None)
     page.page.click("#save-picture")
     page.until(lambda: "picture could not be saved: " in page.page.inner_text("#error"))
+
+
+def test_a_page_refused_on_reconnecting_says_so_quietly(page):
+    sockets = []
+
+    def connect(socket):
+        sockets.append(socket)
+        if len(sockets) == 1:
+            socket.connect_to_server()
+            return
+        socket.send(json.dumps({"type": "error", "text": "too many pages"}))
+        socket.close()
+
+    page.page.route_web_socket("**/ws*", connect)
+    page.page.reload()
+    page.until(lambda: page.pts is not None)
+    sockets[0].close()
+    page.until(lambda: len(sockets) > 3)
+    page.until(lambda: page.page.inner_text("#veil") == "too many pages")
+    assert page.page.inner_text("#error") == ""

@@ -65,7 +65,8 @@ const connection = new Connection({
   figures: showFigures,
   error({ text }) {
     const file = store.giveUpFile();
-    if (hello === null) showVeil(text);
+    // a page that is refused when it reconnects is not up, and tries again every few seconds
+    if (!connection.isUp) showVeil(text);
     else showError(file ? `${file}: ${text}` : text);
   },
   bye() {
