@@ -98,3 +98,27 @@ EDITED = """async ([look]) => {
 
 def test_an_edit_is_unsent_until_the_screen_is_refreshed(page):
     assert page.page.evaluate(EDITED, LOOKS) == [True, False]
+
+
+# How many values are written as text when looks are compared, for the first time and again.
+COMPARED = """async ([one, other]) => {
+    const { sameLook } = await import("/static/look.js");
+    const write = JSON.stringify;
+    let count = 0;
+    JSON.stringify = (...values) => {
+        count += 1;
+        return write(...values);
+    };
+    const counts = [0, 1].map(() => {
+        count = 0;
+        if (sameLook(one, other)) throw new Error("these looks differ");
+        return count;
+    });
+    JSON.stringify = write;
+    return counts;
+}"""
+
+
+def test_a_look_is_compared_without_being_written_anew(page):
+    first, again = page.page.evaluate(COMPARED, LOOKS)
+    assert first > 0 and again == 0

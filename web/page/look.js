@@ -13,7 +13,15 @@ function canonical(value) {
   return `{${keys.map((key) => `${key}:${canonical(value[key])}`).join()}}`;
 }
 
-export const sameLook = (one, other) => canonical(one) === canonical(other);
+const texts = new WeakMap(); // by look, and by parts of looks: none is changed in place
+
+function textOf(value) {
+  if (!isObject(value)) return canonical(value);
+  if (!texts.has(value)) texts.set(value, canonical(value));
+  return texts.get(value);
+}
+
+export const sameLook = (one, other) => textOf(one) === textOf(other);
 
 /** Whether a value has the parts of a look that the page relies on. */
 export function isLook(value) {
