@@ -122,3 +122,19 @@ COMPARED = """async ([one, other]) => {
 def test_a_look_is_compared_without_being_written_anew(page):
     first, again = page.page.evaluate(COMPARED, LOOKS)
     assert first > 0 and again == 0
+
+
+# How many files are made by "Save look" on a page whose store has no look yet.
+SAVED = """async () => {
+    const { wireKeep } = await import("/static/keep.js");
+    const { LookStore } = await import("/static/look.js");
+    let count = 0;
+    URL.createObjectURL = () => `blob:${++count}`;
+    wireKeep(new LookStore(() => false), () => "", () => {});
+    document.getElementById("save-look").click();
+    return count;
+}"""
+
+
+def test_before_the_first_look_there_is_none_to_save(page):
+    assert page.page.evaluate(SAVED) == 0

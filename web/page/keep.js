@@ -63,8 +63,10 @@ export function wireKeep(store, session, send) {
   button("undo").onclick = () => store.undo();
   button("redo").onclick = () => store.redo();
   button("reset").onclick = () => store.isPhotoLook || store.replace(store.photoLook);
-  button("save-look").onclick = () =>
+  button("save-look").onclick = () => {
+    if (store.look === null) return; // not connected yet
     download(new Blob([lookFile(store.look)], { type: "application/json" }), "json");
+  };
   button("save-picture").onclick = () => downloadPicture(session());
   button("save-both").onclick = () => downloadPicture(session(), "&both");
   const input = document.querySelector("#open-look input");
