@@ -63,3 +63,29 @@ def test_a_page_refused_on_reconnecting_says_so_quietly(page):
     page.until(lambda: len(sockets) > 3)
     page.until(lambda: page.page.inner_text("#veil") == "too many pages")
     assert page.page.inner_text("#error") == ""
+
+
+def test_the_row_of_looks_comes_after_a_failed_answer(page):
+    page.server_may_stop = True
+    page.page.add_init_script(FAST)
+    answers = [{"status": 503, "body": '{"error": "busy"}'}, {"status": 503, "body": "no JSON"}]
+    page.page.route(
+        "**/looks", lambda route: route.fulfill(**answers.pop()) if answers else route.continue_()
+    )
+    page.page.reload()
+    page.until(lambda: page.page.locator("#ready .thumbs button").count() == READY)
+    assert not answers
+
+
+def test_a_thumbnail_comes_after_a_failed_answer(page):
+    page.server_may_stop = True
+    page.page.route("**/look-thumbnail?*", lambda route: route.fulfill(status=503))
+    page.page.reload()
+    drawn = page.page.locator("#ready img:not([hidden])")
+    page.until(lambda: page.page.locator("#ready .thumbs button").count() == READY)
+    page.page.wait_for_load_state("networkidle")
+    assert drawn.count() == 0
+    page.page.unroute("**/look-thumbnail?*")
+    page.page.fill("#lips-panel .hex", "#102030")
+    page.page.click("#keep-look")  # draws what is missing
+    page.until(lambda: drawn.count() == READY + 1)

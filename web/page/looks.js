@@ -10,6 +10,7 @@ const KEPT = "kept looks";
 const RECENT = "recent looks";
 const MOST_KEPT = 24;
 const MOST_RECENT = 4;
+const RETRY_MS = 5000;
 const FULL =
   `${MOST_KEPT} looks are kept, the most that there may be: ` +
   "choose one of them and press “Keep look”, which removes it.";
@@ -31,6 +32,7 @@ export class Looks {
   #recent = recall(RECENT, namedLooks);
   #shown = []; // {name, look, button, image, isDrawn}
   #session = "";
+  #retrying = 0;
   #round = 0; // counts the portraits, so that thumbnails of an older one are not asked for
 
   /** onError(text): shows a refusal; "" clears it. */
@@ -57,10 +59,16 @@ export class Looks {
   }
 
   /** Called for each hello: makes the row, or completes its thumbnails. */
-  async start({ session, mode }) {
+  start({ session, mode }) {
     this.#session = session;
     this.#mine.hidden = mode !== "live";
+    return this.#load();
+  }
+
+  async #load() {
     if (!this.#ready.length) await this.#fetch();
+    clearTimeout(this.#retrying);
+    if (!this.#ready.length) this.#retrying = setTimeout(() => this.#load(), RETRY_MS);
     this.draw();
   }
 
@@ -98,7 +106,10 @@ export class Looks {
     const address = `/look-thumbnail?session=${encodeURIComponent(this.#session)}`;
     try {
       const response = await ask(address, { method: "POST", body: JSON.stringify(one.look) });
-      if (!response.ok) return;
+      if (!response.ok) {
+        one.isDrawn = response.status === 400; // the look is refused; others are drawn later
+        return;
+      }
       const jpeg = await response.blob();
       if (!this.#shown.includes(one)) return;
       forget(one.image);
@@ -111,10 +122,12 @@ export class Looks {
 
   async #fetch() {
     try {
-      const ready = await (await ask("/looks")).json();
-      if (!this.#ready.length) this.#ready = ready;
+      const response = await ask("/looks");
+      const ready = await response.json();
+      if (!response.ok || this.#ready.length) return;
+      this.#ready = ready;
     } catch {
-      return; // the connection is lost, and the next hello tries again
+      return; // the connection is lost
     }
     const head = el("div", { className: "row" }, el("h2", {}, "Looks"), this.#mine, this.#keep);
     this.#section.replaceChildren(head, this.#row);
