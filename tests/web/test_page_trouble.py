@@ -89,3 +89,52 @@ def test_a_thumbnail_comes_after_a_failed_answer(page):
     page.page.fill("#lips-panel .hex", "#102030")
     page.page.click("#keep-look")  # draws what is missing
     page.until(lambda: drawn.count() == READY + 1)
+
+
+CAMERAS = {
+    "is_owner": True,
+    "names": ["/dev/video0", "/dev/video1"],
+    "name": "/dev/video0",
+    "sizes": ["1280x720", "640x480"],
+    "size": "1280x720",
+}
+SHOW = """() => import("/static/camera.js").then(({ showCameras }) =>
+    showCameras("", () => {}, (text) => (document.title = text)))"""
+
+
+@pytest.fixture
+def camera(page):
+    """(page, its choice of a camera, the answer to a change; without an answer it fails)."""
+    answer = {}
+
+    def respond(route):
+        if route.request.method == "GET":
+            route.fulfill(json=CAMERAS)
+        elif answer:
+            route.fulfill(json={**CAMERAS, **answer})
+        else:
+            route.abort()
+
+    page.server_may_stop = True
+    page.page.route("**/camera?*", respond)
+    page.page.evaluate(SHOW)
+    choice = page.page.locator("#camera [name=camera]")
+    choice.focus()
+    return page, choice, answer
+
+
+def test_the_focus_stays_on_the_camera_that_is_chosen(camera):
+    page, choice, answer = camera
+    answer["name"] = "/dev/video1"
+    page.page.evaluate("() => (document.querySelector('#camera select').dataset.old = 'yes')")
+    choice.select_option("/dev/video1")
+    page.until(lambda: choice.get_attribute("data-old") is None)
+    assert choice.input_value() == "/dev/video1"
+    assert choice.evaluate("(select) => select === document.activeElement")
+
+
+def test_a_camera_without_an_answer_leaves_the_former_one(camera):
+    page, choice, _ = camera
+    choice.select_option("/dev/video1")
+    page.until(lambda: page.page.title().startswith("The camera could not be changed"))
+    assert choice.input_value() == "/dev/video0"

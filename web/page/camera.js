@@ -41,12 +41,15 @@ function show(choices, address, onError) {
       if (!response.ok) onError(answer.error);
       show(response.ok ? answer : choices, address, onError);
     } catch {
+      show(choices, address, onError);
       onError(`The camera could not be changed: ${NO_ANSWER}`);
     }
     section.setAttribute("aria-busy", "false");
   };
   for (const one of [camera, sizeChoice]) one.lastElementChild.addEventListener("change", put);
+  const focused = section.contains(document.activeElement) && document.activeElement.name;
   section.replaceChildren(camera, sizeChoice);
+  if (focused) section.querySelector(`[name=${focused}]`).focus();
 }
 
 function choice(title, values, chosen) {
