@@ -247,7 +247,7 @@ export class Photos {
     );
     if (!file) return;
     // text of an office program comes with a picture of itself
-    const isTyped = event.target.closest?.(TYPED) && event.clipboardData.types.includes("text/plain");
+    const isTyped = event.target.closest?.(TYPED) && event.clipboardData.getData("text/plain");
     if (isTyped) return;
     event.preventDefault();
     this.#take(file);
