@@ -138,3 +138,24 @@ SAVED = """async () => {
 
 def test_before_the_first_look_there_is_none_to_save(page):
     assert page.page.evaluate(SAVED) == 0
+
+
+# What screen readers are told, in elements that are there before their text comes.
+SAID = """async (text) => {
+    const { tell } = await import("/static/status.js");
+    const rendered = document.querySelector("#said").checkVisibility();
+    tell(text);
+    return [rendered, document.querySelector("#said").textContent];
+}"""
+
+
+def test_a_notice_is_said_by_an_element_that_is_always_there(page):
+    assert page.page.evaluate(SAID, "several files") == [True, "several files"]
+    page.page.click("#notice button")
+    assert page.page.text_content("#said") == ""
+    status = page.page.locator("#panel > [role=status]")
+    assert status.evaluate("(one) => one.checkVisibility()")
+    assert not page.page.is_visible("#look-words")
+    page.until(lambda: page.page.is_visible("#ready"))
+    photos, looks = (page.page.locator(one).bounding_box() for one in ("#photos", "#ready"))
+    assert looks["y"] - photos["y"] - photos["height"] == 12  # the empty element takes no room

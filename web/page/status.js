@@ -15,6 +15,7 @@ let ofRun = ""; // the notice of the run
 let told = ""; // by the page itself, which comes first
 let telling = 0;
 const noticeText = notice.querySelector("span");
+const said = document.getElementById("said"); // the same text for screen readers
 let closed = ""; // the notice that the visitor has closed
 let whyJpeg = ""; // where H.264 would spare the network
 
@@ -73,11 +74,17 @@ function showNotice() {
   if (text === "") closed = "";
   if (noticeText.textContent !== text) noticeText.textContent = text;
   notice.hidden = text === "" || text === closed;
+  say(notice.hidden ? "" : text);
+}
+
+function say(text) {
+  if (said.textContent !== text) said.textContent = text; // each change would be announced
 }
 
 notice.querySelector("button").onclick = () => {
   closed = noticeText.textContent; // another notice is shown
   notice.hidden = true;
+  say("");
 };
 
 /** Show nothing of the run while there is no connection. */
