@@ -24,10 +24,6 @@ export class Compare {
     this.#divider.addEventListener("keydown", (event) => this.#key(event));
   }
 
-  get isOn() {
-    return this.#isOn;
-  }
-
   set isOn(on) {
     const hadFocus = document.activeElement === this.#divider;
     this.#isOn = on;
