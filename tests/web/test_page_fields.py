@@ -1,6 +1,8 @@
 """What is typed into the fields of numbers and colours."""
 
 import pytest
+from browser import PHONE
+from makeup_video.pipeline.look.kinds import PARTS
 
 
 @pytest.fixture
@@ -80,4 +82,33 @@ def test_text_with_a_picture_of_itself_is_pasted_as_text(page, selector, text, i
     assert page.page.evaluate(PASTE, [selector, text]) == is_photo
     if is_photo:
         page.until(lambda: "copied.png" in page.page.inner_text("#photo-slot .error"))
-    assert ("reading" in page.page.get_attribute("#photo-slot", "class")) is False
+    assert page.page.get_attribute("#photo-slot", "class") == "slot"
+
+
+# The fields that can be seen whose letters are smaller than 16 px, for which iPhones enlarge the
+# page, or whose widest text is cut off.
+WRONG = """() => [...document.querySelectorAll("input, select")]
+    .filter((one) => one.clientWidth > 1 && ["text", "number", "search", "select-one"].includes(one.type))
+    .filter((one) => {
+        if (one.type === "number") one.value = one.max.length > one.min.length ? one.max : one.min;
+        if (one.type === "number" && one.step < 1) one.value = Number(one.value).toFixed(2);
+        if (one.className === "hex") one.value = "#DDDDDD";
+        return parseFloat(getComputedStyle(one).fontSize) < 16 || one.scrollWidth > one.clientWidth;
+    })
+    .map((one) => `${one.ariaLabel ?? one.id}: ${one.value}`)"""
+
+# The choice of a camera, as `live` shows it.
+CAMERA = """() => {
+    const camera = document.getElementById("camera");
+    camera.append(document.createElement("select"));
+    camera.hidden = false;
+}"""
+
+
+def test_on_a_phone_fields_have_letters_of_full_size(demo, visit):
+    page = visit(demo, **PHONE)
+    page.page.evaluate(CAMERA)
+    for part in PARTS:
+        page.page.click(f"#{part}-tab")
+        page.open_groups()
+        assert page.page.evaluate(WRONG) == []
