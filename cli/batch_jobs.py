@@ -139,7 +139,7 @@ def _listed(
         if whole:  # in place of the command's own looks
             of_looks = ("look", "ref", "looks", "catalogue", "where", "ref_face")
             none: dict[str, Any] = dict.fromkeys(of_looks)
-            changes |= none | whole
+            changes = none | changes | whole
         times: dict[str, Any] = {name: row.options[name] for name in _TIMES if name in row.options}
         yield _Wanted(
             row.source, template, replace(look, **changes), replace(how, **times), row.where

@@ -145,6 +145,13 @@ def test_a_look_of_a_row_leaves_the_face_of_the_photo_out(folder):
     assert done.exit_code == 0, done.stderr
 
 
+def test_a_row_chooses_the_face_of_its_own_photo(folder):
+    (folder / "jobs.csv").write_text(f"in,ref,ref_face\nclips/a.mkv,{SAMPLES / 'look.jpg'},7\n")
+    done = run("batch", "--list", "jobs.csv", "--look", "none", "-o", "{name}-{look}.mkv")
+    assert done.exit_code == 3, done.stderr
+    assert "jobs.csv, line 2: " in done.stderr and "there is no face 7 in the photo" in done.stderr
+
+
 def test_outputs_that_a_shell_gives_as_inputs_are_left_out(folder):
     words = ("--look", "none", "--codec", "ffv1", "-o", "clips/{name}-{look}.mkv")
     for inputs in (["a", "b"], ["a", "a-none", "b", "b-none"]):
