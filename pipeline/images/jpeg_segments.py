@@ -16,10 +16,10 @@ _SCAN = 0xDA  # coded pixels follow
 _APPS = range(0xE0, 0xF0)
 _FRAMES = set(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}  # the markers with size and components
 _COMPONENTS_AT = 5  # in the content of such a segment
-_MOST_BYTES = 65533  # of a segment's content
+MOST_BYTES = 65533  # of a segment's content
 _PROFILE = b"ICC_PROFILE\0"
 _PROFILE_HEAD = len(_PROFILE) + 2  # its number, counted from 1, and how many there are
-_PROFILE_BYTES = _MOST_BYTES - _PROFILE_HEAD
+_PROFILE_BYTES = MOST_BYTES - _PROFILE_HEAD
 _MOST_PARTS = 255
 Segment = tuple[int, bytes]  # marker and content
 

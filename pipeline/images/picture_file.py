@@ -13,7 +13,12 @@ from makeup_video.pipeline.files.ordinary import read_ordinary
 from makeup_video.pipeline.images.exif import EXIF_MARK
 from makeup_video.pipeline.images.file_tags import without_announcements
 from makeup_video.pipeline.images.heif import DamagedHeifError, decode, is_heif
-from makeup_video.pipeline.images.jpeg_segments import JPEG_MARK, icc_profile, with_icc_profile
+from makeup_video.pipeline.images.jpeg_segments import (
+    JPEG_MARK,
+    MOST_BYTES,
+    icc_profile,
+    with_icc_profile,
+)
 from makeup_video.pipeline.images.picture_size import TIFF_MARKS, check_size
 from makeup_video.pipeline.media.input_file import PNG_MARK
 
@@ -197,6 +202,9 @@ def _encode(
         xmp = int(cv2.IMAGE_METADATA_XMP)
         if xmp in blobs:
             blobs[xmp] = np.concatenate([np.frombuffer(_XMP_IN_JPEG, np.uint8), blobs[xmp]])
+        # OpenCV refuses the whole picture because of a block that is too long for a segment
+        heads = {int(cv2.IMAGE_METADATA_EXIF): len(EXIF_MARK)}  # OpenCV writes this one itself
+        blobs = {k: v for k, v in blobs.items() if len(v) + heads.get(k, 0) <= MOST_BYTES}
     ok, data = cv2.imencodeWithMetadata(suffix, pixels, list(blobs), list(blobs.values()), options)
     if not ok:
         return None

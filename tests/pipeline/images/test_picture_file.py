@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from makeup_video.pipeline import process_video
 from makeup_video.pipeline.frames.orientation import ORIENTATIONS
 from makeup_video.pipeline.frames.rgb import merge, to_frame
 from makeup_video.pipeline.images.exif import orientation as exif_orientation
-from picture_files import EXIF, exif, read_picture, scene, write
+from picture_files import EXIF, XMP, exif, read_picture, scene, write
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
@@ -80,3 +81,20 @@ def test_the_frame_shows_the_colours_of_the_file():
     assert np.abs(luma - want).max() < 1.5
     assert np.abs(cb - (128 + (blue - want) / 1.8556)).max() < 1.5
     assert np.abs(cr - (128 + (red - want) / 1.5748)).max() < 1.5
+
+
+@pytest.mark.parametrize("start", [".png", ".webp"])
+@pytest.mark.parametrize(
+    ("kind", "name", "block", "most"),
+    [  # of a segment's 65533 bytes: without the mark of XMP, and without that of EXIF
+        (XMP, "XMP", b"<" + bytes(70000).replace(b"\0", b"x") + b">", 65504),
+        (EXIF, "EXIF", exif(1) + bytes(70000), 65527),
+    ],
+)
+def test_a_block_too_long_for_a_jpeg_alone_is_lost(tmp_path, start, kind, name, block, most):
+    for size, dropped in ((most, []), (most + 1, [f"{name}: not accepted in .jpg"])):
+        data = block[: size - 1] + block[-1:]
+        src = write(tmp_path / f"in{start}", scene(), {kind: data})
+        (tmp_path / "out.jpg").unlink(missing_ok=True)
+        assert process_video(src, tmp_path / "out.jpg").dropped == dropped
+        assert (int(kind) in read_picture(tmp_path / "out.jpg")[1]) == (not dropped)
