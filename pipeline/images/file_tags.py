@@ -17,6 +17,7 @@ from makeup_video.pipeline.images.jpeg_segments import (
     JPEG_MARK,
     Segment,
     behind_picture,
+    iptc_segment,
     is_cmyk,
     segment,
     segments,
@@ -36,6 +37,8 @@ _PNG_TAGS = {
 # Texts that OpenCV reads as XMP, or in which older programs kept EXIF, XMP and profiles, which
 # would describe the unpainted picture.
 _KNOWN_TEXTS = (b"XML:com.adobe.xmp\0", b"Raw profile type ")
+_IPTC_TEXT = b"Raw profile type iptc\0"
+_EXTENDED_XMP = b"http://ns.adobe.com/xmp/extension/\0"  # of a JPEG's APP1
 _IHDR_END = 33  # of a PNG: the mark, and the header with its length, name and checksum
 _JFIF = b"\xff\xe0\x00\x10JFIF\0"  # how the first segment of most JPEGs begins
 _JFIF_END = 20  # of the file's bytes, where that segment has no small picture
@@ -46,9 +49,12 @@ _UNKNOWN_PER_INCH = (72, 96)  # what programs write that know no resolution
 _LEAST_BYTES = 100  # behind a picture: fewer are no picture
 _GAIN_MAP = b"urn:iso:std:iso:ts:21496:"  # how a segment begins that announces one
 _ADOBE_GAIN_MAP = b"hdrgm:"
-# What XMP says of further pictures and movies in the same file: the names that Adobe, Google and
-# Apple use, as attributes and as elements.
-_ANNOUNCED = rb"(?:hdrgm:|Container:|Item:|HDRGainMap:|GCamera:Motion|GCamera:MicroVideo)[\w.-]*"
+# What XMP says of further pictures, movies and XMP in the same file: the names that Adobe, Google
+# and Apple use, as attributes and as elements.
+_ANNOUNCED = (
+    rb"(?:hdrgm:|Container:|Item:|HDRGainMap:|GCamera:Motion|GCamera:MicroVideo|"
+    rb"xmpNote:HasExtendedXMP)[\w.-]*"
+)
 _ATTRIBUTE = re.compile(rb"\s%b\s*=\s*(?:\"[^\"]*\"|'[^']*')" % _ANNOUNCED)
 _TAG = re.compile(rb"<(/?)%b(?:\s[^<>]*?)?(/?)>" % _ANNOUNCED)
 
@@ -57,7 +63,7 @@ class FileTags(NamedTuple):
     """What a file holds that OpenCV does not return.
 
     kind: "png" or "jpeg"; "" for other files.  names: what the blocks hold, in words.
-    blocks: chunks of a PNG or comments of a JPEG, as they stand in the file.
+    blocks: chunks of a PNG, comments and IPTC of a JPEG, as they stand in the file.
     per_metre: the pixels across and down that a metre holds in print; None: not given.
     lost: a line for what no output holds.  conversions: what reading the pixels changes.
     """
@@ -103,7 +109,7 @@ def with_file_tags(data: bytes, kind: str, tags: FileTags) -> tuple[bytes, list[
 
 
 def without_announcements(xmp: bytes) -> bytes:
-    """XMP without what it says of a gain map, of further pictures or of a movie in the file.
+    """XMP without what it says of a gain map, further pictures, a movie or more XMP in the file.
 
     They are not written, and a viewer would look for them in vain.
     """
@@ -126,15 +132,19 @@ def _is_usual(per_metre: tuple[int, int]) -> bool:
 
 def _tags_of_png(data: bytes) -> FileTags:
     names, blocks, per_metre = [], b"", None
+    lost: tuple[str, ...] = ()
     for chunk in _chunks(data):
         name, content = chunk[4:8], chunk[8:-4]
         if name in _PNG_TAGS and not content.startswith(_KNOWN_TEXTS):
             names.append(_PNG_TAGS[name])
             blocks += chunk
+        elif content.startswith(_IPTC_TEXT):
+            lost = ("IPTC: it is not read from a PNG",)
         elif name == _RESOLUTION and len(content) == 9:
             across, down, unit = struct.unpack(">IIB", content)
             per_metre = (across, down) if unit == 1 else None
-    return FileTags("png", tuple(name for name in dict.fromkeys(names) if name), blocks, per_metre)
+    names = [name for name in dict.fromkeys(names) if name]
+    return FileTags("png", tuple(names), blocks, per_metre, lost)
 
 
 def _tags_of_jpeg(data: bytes) -> FileTags:
@@ -145,8 +155,13 @@ def _tags_of_jpeg(data: bytes) -> FileTags:
         unit, across, down = struct.unpack(">BHH", data[_DENSITY])
         if unit in _PER_METRE and across and down:
             per_metre = (round(across * _PER_METRE[unit]), round(down * _PER_METRE[unit]))
-    names, changed = ("comment",) if comments else (), ("CMYK -> RGB",) if is_cmyk(found) else ()
-    return FileTags("jpeg", names, comments, per_metre, _lost_behind(found), changed)
+    iptc = iptc_segment(found)
+    names = [name for name, block in (("comment", comments), ("IPTC", iptc)) if block]
+    lost = [*_lost_behind(found)]
+    if any(marker == APP1 and content.startswith(_EXTENDED_XMP) for marker, content in found):
+        lost.append("extended XMP: the first 64 kB are written alone")
+    changed = ("CMYK -> RGB",) if is_cmyk(found) else ()
+    return FileTags("jpeg", tuple(names), iptc + comments, per_metre, tuple(lost), changed)
 
 
 def _tags_of_heif(data: bytes) -> FileTags:

@@ -7,7 +7,7 @@ from itertools import takewhile
 
 JPEG_MARK = b"\xff\xd8"
 COMMENT = 0xFE
-APP1, APP2 = 0xE1, 0xE2
+APP1, APP2, APP13 = 0xE1, 0xE2, 0xED
 # A marker, before which there may be more FF, as fill bytes; 00 and D0 to D7 stand within coded
 # pixels. Without a repetition Python looks for FF twenty times as fast.
 _MARKER = re.compile(rb"\xff([^\x00\xd0-\xd7\xff])")
@@ -21,6 +21,10 @@ _PROFILE = b"ICC_PROFILE\0"
 _PROFILE_HEAD = len(_PROFILE) + 2  # its number, counted from 1, and how many there are
 _PROFILE_BYTES = MOST_BYTES - _PROFILE_HEAD
 _MOST_PARTS = 255
+# Adobe Photoshop File Formats Specification, "Image Resource Blocks"
+_PHOTOSHOP = b"Photoshop 3.0\0"
+_RESOURCE = b"8BIM"
+_IPTC = b"\x04\x04"
 Segment = tuple[int, bytes]  # marker and content
 
 
@@ -67,6 +71,28 @@ def icc_profile(data: bytes) -> bytes:
         if marker == APP2 and content.startswith(_PROFILE)
     ]
     return b"".join(part[2:] for part in sorted(parts))  # a part begins with its number
+
+
+def iptc_segment(found: Iterable[Segment]) -> bytes:
+    """A segment with the IPTC data of a file, without the other data of Photoshop, such as a small
+    picture of the whole one; b"" where there is none, or more than one segment holds."""
+    resources = b"".join(
+        content[len(_PHOTOSHOP) :]
+        for marker, content in found
+        if marker == APP13 and content.startswith(_PHOTOSHOP)
+    )
+    at = 0
+    while resources[at : at + 4] == _RESOURCE and at + 7 <= len(resources):
+        name, number = resources[at + 6], resources[at + 4 : at + 6]
+        at += 6 + name + 2 - name % 2  # the name has a byte of length, and fills whole pairs
+        size = int.from_bytes(resources[at : at + 4], "big")
+        data = resources[at + 4 : at + 4 + size]
+        at += 4 + size + size % 2
+        if number == _IPTC and data:
+            head = _PHOTOSHOP + _RESOURCE + _IPTC + bytes(2) + struct.pack(">I", len(data))
+            content = head + data + bytes(len(data) % 2)
+            return segment(APP13, content) if len(content) <= MOST_BYTES else b""
+    return b""
 
 
 def with_icc_profile(data: bytes, profile: bytes) -> bytes:

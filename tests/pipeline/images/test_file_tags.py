@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import process_video
 from makeup_video.pipeline.images.file_tags import FileTags, file_tags, with_file_tags
+from makeup_video.pipeline.images.jpeg_segments import segment
 from picture_files import exif, scene, write
-from PIL import Image, PngImagePlugin
+from PIL import Image, IptcImagePlugin, PngImagePlugin
 
 KINDS = {".png": "png", ".jpg": "jpeg", ".webp": "webp"}
 
@@ -78,6 +79,53 @@ def test_comments_of_a_jpeg_are_kept(tmp_path):
     assert info_of(tmp_path / "out.jpg")["comment"] == b"by Jane"
     report = process_video(tmp_path / "in.jpg", tmp_path / "out.png")
     assert report.dropped == ["comment: not accepted in .png"]
+
+
+def resource(number, data, name=b""):
+    """One of Photoshop's, with its name and its data in whole pairs of bytes."""
+    named = (bytes([len(name)]) + name).ljust((len(name) + 2) // 2 * 2, b"\0")
+    padded = data + bytes(len(data) % 2)
+    return b"8BIM" + struct.pack(">H", number) + named + struct.pack(">I", len(data)) + padded
+
+
+CAPTION = b"\x1c\x02\x78\x00\x07by Jane"  # record 2, data set 120
+SMALL_PICTURE = resource(0x040C, b"the face as it was")
+
+
+@pytest.mark.parametrize("name", [b"", b"a", b"ab"])
+@pytest.mark.parametrize("in_two", [False, True])
+def test_iptc_of_a_jpeg_is_kept_without_the_small_picture(tmp_path, name, in_two):
+    data = SMALL_PICTURE + resource(0x0404, CAPTION, name) + resource(0x03ED, bytes(16))
+    parts = [data[:50], data[50:]] if in_two else [data]
+    blocks = (segment(0xED, b"Photoshop 3.0\0" + part) for part in parts)
+    plain = write(tmp_path / "in.jpg", scene()).read_bytes()
+    (tmp_path / "in.jpg").write_bytes(plain[:20] + b"".join(blocks) + plain[20:])
+    assert process_video(tmp_path / "in.jpg", tmp_path / "out.jpg").dropped == []
+    with Image.open(tmp_path / "out.jpg") as picture:
+        assert IptcImagePlugin.getiptcinfo(picture) == {(2, 120): b"by Jane"}
+    assert b"the face as it was" not in (tmp_path / "out.jpg").read_bytes()
+    report = process_video(tmp_path / "in.jpg", tmp_path / "out.png")
+    assert report.dropped == ["IPTC: not accepted in .png"]
+
+
+@given(st.binary(max_size=60))
+def test_any_resources_of_photoshop_are_read_or_passed_over(noise):
+    block = segment(0xED, b"Photoshop 3.0\0" + SMALL_PICTURE + b"8BIM" + noise)
+    assert set(file_tags(b"\xff\xd8" + block).names) <= {"IPTC"}
+
+
+def test_extended_xmp_of_a_jpeg_has_a_line(tmp_path):
+    data = write(tmp_path / "in.jpg", scene()).read_bytes()
+    more = segment(0xE1, b"http://ns.adobe.com/xmp/extension/\0" + bytes(60))
+    (tmp_path / "in.jpg").write_bytes(data[:20] + more + data[20:])
+    report = process_video(tmp_path / "in.jpg", tmp_path / "out.jpg")
+    assert report.dropped == ["extended XMP: the first 64 kB are written alone"]
+
+
+def test_iptc_in_a_text_of_a_png_has_a_line(tmp_path):
+    old = chunk(b"zTXt", b"Raw profile type iptc\0\0" + zlib.compress(b"\niptc\n"))
+    report = process_video(png_with(tmp_path / "in.png", old), tmp_path / "out.png")
+    assert report.dropped == ["IPTC: it is not read from a PNG"]
 
 
 MARKS = {

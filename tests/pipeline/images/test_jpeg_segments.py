@@ -137,6 +137,11 @@ def test_xmp_announces_no_gain_map_that_is_gone(tmp_path, elements):
         assert b"</rdf:Description>" in xmp
 
 
+def test_xmp_announces_no_more_xmp_that_is_gone():
+    note = b'<rdf:Description xmpNote:HasExtendedXMP="0A1B" xmp:Rating="5"/>'
+    assert without_announcements(note) == b'<rdf:Description xmp:Rating="5"/>'
+
+
 def test_xmp_without_announcements_stays_as_it_is():
     xmp = (ANNOUNCED % CONTAINER).replace(b"hdrgm:Version", b"xmp:Version")
     xmp = xmp.replace(b"Container:", b"Other:").replace(b"Item:", b"It:").replace(b"GCamera", b"G")
