@@ -43,11 +43,12 @@ class NamedLook:
 def look_files(place: str) -> list[Path]:
     """The look files of a folder, or those that a pattern such as looks/*.json matches, by name.
 
+    Hidden files of a folder, such as macOS writes beside others (._red.json), are no look files.
     Raises LookError where there is none.
     """
     if os.path.isdir(place):
         try:
-            found = [path for path in Path(place).iterdir() if path.suffix.lower() == _LOOK_FILES]
+            found = [path for path in Path(place).iterdir() if _is_look_file(path)]
         except OSError as error:
             raise LookError(
                 f"{place} cannot be read: {error.strerror}; allow it, or give another folder"
@@ -62,6 +63,12 @@ def look_files(place: str) -> list[Path]:
             "into quotes"
         )
     return sorted(path for path in found if not path.is_dir())
+
+
+def _is_look_file(path: Path) -> bool:
+    """False for hidden files and for folders."""
+    has_name = path.suffix.lower() == _LOOK_FILES and not path.name.startswith(".")
+    return has_name and not path.is_dir()
 
 
 def looks_of_catalogue(

@@ -117,6 +117,15 @@ def test_look_files_of_a_folder_or_a_pattern(tmp_path):
             look_files(str(tmp_path / place))
 
 
+def test_hidden_files_and_folders_are_no_look_files(tmp_path):
+    (tmp_path / "old.json").mkdir()
+    (tmp_path / "._red.json").write_bytes(b"\0\5\x16\7")  # as macOS writes them beside others
+    with pytest.raises(LookError, match="has no look files"):
+        look_files(str(tmp_path))
+    (tmp_path / "red.json").write_text("{}")
+    assert [path.name for path in look_files(str(tmp_path))] == ["red.json"]
+
+
 @given(st.lists(st.sampled_from(["nude", "Nude", "nude-2", "NUDE-2", "red/1", "red:1", "red-1-3"])))
 def test_numbered_names_are_different_files(names):
     found = numbered(names)
