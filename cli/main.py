@@ -16,16 +16,6 @@ _THREADS_END_SECONDS = 1.0
 _STOPPED = 130
 _UNWRITTEN = 4
 _COMPLETE = "_MAKEUP_VIDEO_COMPLETE"  # set by a shell that completes a line
-_NO_MEMORY = (
-    "std::bad_alloc",
-    "failed to map segment",
-    "can't start new thread",
-    "cannot allocate memory",
-    "failed to allocate",
-    "insufficient memory",
-    "out_of_host_memory",
-    "mem_object_allocation_failure",
-)
 _came: list[int] = []  # signals to stop
 _whole: list[int] = []  # outputs that are whole
 
@@ -138,7 +128,9 @@ def _report_error(error: Exception) -> int:
     if line := _completion_line(error):
         log(f"OutputError: {line}")
         return _UNWRITTEN
-    if _is_out_of_memory(error):
+    from makeup_video.pipeline.engine.machine import is_out_of_memory
+
+    if is_out_of_memory(error):
         log(
             "TooLittleMemoryError: there is not enough memory for this: close other programs, or "
             "raise the limit (ulimit -v, the container's)"
@@ -165,9 +157,3 @@ def _completion_line(error: Exception) -> str:
     if is_install:  # there is no home folder, or a .bashrc is not UTF-8
         return f"the completion cannot be installed: {error}{advice}"
     return ""
-
-
-def _is_out_of_memory(error: Exception) -> bool:
-    """True for a MemoryError, and for what loader, threads, C++ and OpenCL raise in its place."""
-    text = str(error).lower()
-    return isinstance(error, MemoryError) or any(phrase in text for phrase in _NO_MEMORY)

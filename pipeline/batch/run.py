@@ -13,7 +13,13 @@ from makeup_video.pipeline.batch.task import do_job
 from makeup_video.pipeline.engine.jobs import Worker, run_jobs
 from makeup_video.pipeline.engine.machine import cores, free_memory_bytes
 from makeup_video.pipeline.engine.processes import ChildProcess
-from makeup_video.pipeline.errors import MakeupVideoError, UsageError, WorkerError, option
+from makeup_video.pipeline.errors import (
+    MakeupVideoError,
+    TooLittleMemoryError,
+    UsageError,
+    WorkerError,
+    option,
+)
 from makeup_video.pipeline.files.output_file import part_path, target_of
 from makeup_video.pipeline.files.part_file import remove_ended
 
@@ -95,8 +101,10 @@ class _Run:
         self._events.ended(job, results)
 
     def _settled(self, job: Job, at: int, result: Result) -> Result:
-        """The result; of a process that died some outputs may be whole, and parts are left."""
-        if not (isinstance(result, Failed) and isinstance(result.error, WorkerError)):
+        """The result; of a process that died, or that had too little memory, some outputs may be
+        whole, and parts are left."""
+        cut_short = (WorkerError, TooLittleMemoryError)
+        if not (isinstance(result, Failed) and isinstance(result.error, cut_short)):
             return result
         _remove_part(result.output)
         return adopt(job, at) or result

@@ -10,11 +10,12 @@ from multiprocessing.connection import Connection, wait
 from typing import Any, NamedTuple
 
 from makeup_video.pipeline.engine.jobs import WAS_STOPPED, Job, Progress, Result, Task
-from makeup_video.pipeline.engine.machine import return_large_blocks
+from makeup_video.pipeline.engine.machine import is_out_of_memory, return_large_blocks
 from makeup_video.pipeline.engine.signals import stop_signals
 from makeup_video.pipeline.errors import (
     MakeupVideoError,
     StoppedError,
+    TooLittleMemoryError,
     UsageError,
     WorkerError,
     option,
@@ -23,6 +24,10 @@ from makeup_video.pipeline.errors import (
 # a fork would copy locks of threads and of OpenCL
 _START = multiprocessing.get_context("spawn")
 _SOON_SECONDS = 5.0
+_NO_MEMORY = (
+    f"there is not enough memory for this job: lower {option('jobs')}, close other programs, or "
+    "raise the limit (ulimit -v, the container's)"
+)
 
 
 class InProgress(NamedTuple):
@@ -149,12 +154,15 @@ class ChildProcess:
 
 
 def perform(task: Task[Any, Any, Any], job: Any, send: Callable[[InProgress], None]) -> Ended:
-    """Do a job in this process. An error that is none of ours becomes a WorkerError."""
+    """Do a job in this process. An error that is none of ours becomes a WorkerError, or a
+    TooLittleMemoryError where memory ran out."""
     try:
         return Ended(task(job, lambda progress: send(InProgress(progress))))
     except MakeupVideoError as error:
         return Ended(None, error)
     except Exception as error:  # noqa: BLE001  # one line for whoever waits for the result
+        if is_out_of_memory(error):
+            return Ended(None, TooLittleMemoryError(_NO_MEMORY), traceback.format_exc())
         text = (
             f"internal error: {type(error).__name__}: {error}; "
             f"run this job alone with {option('debug')}"

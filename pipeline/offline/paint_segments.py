@@ -8,7 +8,13 @@ from pathlib import Path
 from makeup_video.pipeline.engine.jobs import Worker, run_jobs
 from makeup_video.pipeline.engine.machine import cores
 from makeup_video.pipeline.engine.processes import ChildProcess
-from makeup_video.pipeline.errors import MakeupVideoError, UsageError, WorkerError, option
+from makeup_video.pipeline.errors import (
+    MakeupVideoError,
+    TooLittleMemoryError,
+    UsageError,
+    WorkerError,
+    option,
+)
 from makeup_video.pipeline.offline.face_numbers import FilmNumbers, KnownFaces
 from makeup_video.pipeline.offline.segment_job import SegmentJob, SegmentResult, paint_segment
 from makeup_video.pipeline.offline.settings import Settings
@@ -108,7 +114,7 @@ class _Run:
 
     def _end(self, job: SegmentJob, outcome: SegmentResult | MakeupVideoError) -> None:
         if isinstance(outcome, MakeupVideoError):
-            if isinstance(outcome, WorkerError):
+            if isinstance(outcome, WorkerError | TooLittleMemoryError):
                 outcome.extend(before=f"{job.path.name} of {job.source}: ")
             raise outcome
         self.cpu_seconds += outcome.report.cpu_seconds

@@ -32,6 +32,10 @@ def divide(job, tick):
     return 1 / job
 
 
+def run_out_of_memory(words, tick):
+    raise RuntimeError(words) if words else MemoryError
+
+
 def refuse_odd(job, tick):
     if job % 2:
         raise OutputError("no room")

@@ -11,6 +11,7 @@ from makeup_video.pipeline import (
     Look,
     Settings,
     StoppedError,
+    TooLittleMemoryError,
     UsageError,
     WorkerError,
     product,
@@ -87,6 +88,24 @@ def test_a_process_that_dies_ends_its_job_alone(tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == [
         "j.jsonl", "long.mkv", "short-b.mp4", "short.mp4",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("error", [WorkerError, TooLittleMemoryError])
+def test_what_was_whole_when_a_job_was_cut_short_is_kept(tmp_path, error):
+    class Fails:
+        beside = None
+
+        def run(self, task, job, report):
+            run_job(job.only({job.outputs[0]}), report)
+            raise error("no memory")
+
+        def stop(self):
+            pass
+
+    job = job_of(str(make_clip(tmp_path / "in.mp4")), "a", "b")
+    with Journal(tmp_path / "j.jsonl") as journal:
+        whole, lost = run_batch([job], journal, Heard(), [Fails()]).values()
+    assert isinstance(whole, Done) and isinstance(lost.error, error)
 
 
 def test_ctrl_c_ends_all_jobs_and_leaves_no_part(tmp_path):

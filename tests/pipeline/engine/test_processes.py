@@ -9,7 +9,13 @@ from pathlib import Path
 
 import process_tasks
 import pytest
-from makeup_video.pipeline import OutputError, StoppedError, UsageError, WorkerError
+from makeup_video.pipeline import (
+    OutputError,
+    StoppedError,
+    TooLittleMemoryError,
+    UsageError,
+    WorkerError,
+)
 from makeup_video.pipeline.engine.jobs import run_jobs
 from makeup_video.pipeline.engine.processes import ChildProcess
 
@@ -58,6 +64,12 @@ def test_an_error_that_is_not_ours_is_one_line():
     assert isinstance(error, WorkerError)
     assert str(error).startswith("internal error: ZeroDivisionError: ")
     assert "in divide" in error.__notes__[0]
+
+
+def test_memory_that_runs_out_is_no_internal_error():
+    for error in results_of(process_tasks.run_out_of_memory, ["", "std::bad_alloc"]).values():
+        assert isinstance(error, TooLittleMemoryError)
+        assert str(error).startswith("there is not enough memory for this job: lower jobs, close")
 
 
 def test_what_listens_may_end_all_jobs():
