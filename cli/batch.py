@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from makeup_video.cli.console import log
+from makeup_video.cli.console import log, log_stopped
 from makeup_video.cli.looks_options import LooksOptions
 from makeup_video.cli.options import (
     OUTPUT,
@@ -151,7 +151,7 @@ def _run(
             events = _Events(plan.todo, log_line, show)
             results = plan.known | run_batch(plan.todo, work.journal, events, workers)
     except StoppedError:
-        log("stopped: run the same command again to resume")
+        log_stopped("stopped: run the same command again to resume")
         raise typer.Exit(StoppedError.exit_code) from None
     write_page(work.page, work.jobs, results, error_text)
     return results

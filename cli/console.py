@@ -5,7 +5,7 @@ import os
 import re
 import sys
 
-_lines = 0
+_said_stopped = False
 _own_stderr: int | None = None
 # Characters that move the cursor, colour the terminal, begin a line or turn the reading direction;
 # and lone surrogates, which stand for bytes of file names that are not UTF-8.
@@ -51,15 +51,21 @@ def child_stderr() -> int | None:
     return _own_stderr
 
 
-def has_logged() -> bool:
-    """True once a line was logged, so that the end of a run is not reported twice."""
-    return _lines > 0
+def log_stopped(text: str = "stopped") -> None:
+    """Log that Ctrl-C ended the run, and note that this was said."""
+    global _said_stopped
+    _said_stopped = True
+    log(text)
+
+
+def ensure_stopped_is_logged() -> None:
+    """Log that Ctrl-C ended the run, unless a line has said so already."""
+    if not _said_stopped:
+        log_stopped()
 
 
 def log(text: str) -> None:
     """Print one line on stderr, made printable. A closed stderr is no error: the work goes on."""
-    global _lines
-    _lines += 1
     if sys.stderr is None:
         return
     try:

@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 
-from makeup_video.cli.console import has_logged, log, silence_libraries
+from makeup_video.cli.console import ensure_stopped_is_logged, log, silence_libraries
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -38,16 +38,15 @@ def main() -> None:
         if _came:  # a callback of Python's imports has swallowed the exception
             raise KeyboardInterrupt
         code = app(prog_name="makeup-video", standalone_mode=False) or 0
-        if code == _STOPPED and not has_logged():
-            raise KeyboardInterrupt  # Typer turned it into a bare exit code
+        if code == _STOPPED:
+            ensure_stopped_is_logged()  # where Typer turned Ctrl-C into a bare exit code
     except KeyboardInterrupt:
-        log("stopped")
+        ensure_stopped_is_logged()
         code = _STOPPED
     except Exception as error:  # noqa: BLE001  # the last resort: no user sees a traceback
         if _came:  # a C module that was being loaded turned Ctrl-C into another error
+            ensure_stopped_is_logged()
             code = _STOPPED
-            if not has_logged():
-                log("stopped")
         else:
             code = _report_error(error)
     _exit(code)

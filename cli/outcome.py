@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from makeup_video.cli.console import log
+from makeup_video.cli.console import log, log_stopped
 from makeup_video.cli.options import DEFAULT, PROGRAM
 
 if TYPE_CHECKING:
@@ -51,7 +51,8 @@ def report_errors(
     except StoppedError:
         parts = [part for output in outputs if (part := _part_of(Path(output))).exists()]
         hold = "holds" if len(parts) == 1 else "hold"
-        log(f"stopped; {join_words(map(str, parts))} {hold} what was done" if parts else "stopped")
+        there = f"; {join_words(map(str, parts))} {hold} what was done" if parts else ""
+        log_stopped(f"stopped{there}")
         raise typer.Exit(StoppedError.exit_code) from None
     except MakeupVideoError as error:
         if debug:

@@ -128,19 +128,38 @@ def test_ctrl_c_lost_by_an_import_is_still_a_stop(monkeypatch, capsys):
     _check_it_stops(monkeypatch, capsys, _LosesCtrlC("app"))
 
 
-def _check_it_stops(monkeypatch, capsys, app_module):
+def test_ctrl_c_after_a_line_is_still_said(monkeypatch, capsys):
+    """Typer turns Ctrl-C into a bare exit code, as while a photo is read."""
+
+    def app(**_):
+        console.log("look.jpg: red lips")
+        return 130
+
+    _check_it_stops(monkeypatch, capsys, types.SimpleNamespace(app=app), "look.jpg: red lips\n")
+
+
+def test_the_end_of_a_stopped_run_is_said_once(monkeypatch, capsys):
+    def app(**_):
+        console.log_stopped("stopped; out.part.mp4 holds what was done")
+        raise KeyboardInterrupt  # a second one, while the run ends
+
+    said = "stopped; out.part.mp4 holds what was done\n"
+    _check_it_stops(monkeypatch, capsys, types.SimpleNamespace(app=app), said, "")
+
+
+def _check_it_stops(monkeypatch, capsys, app_module, before="", last="stopped\n"):
     ended = []
     monkeypatch.setitem(sys.modules, "makeup_video.cli.app", app_module)
     monkeypatch.setattr(main, "_exit", ended.append)
     monkeypatch.setattr(main, "_came", [])
-    monkeypatch.setattr(console, "_lines", 0)
-    before = {
+    monkeypatch.setattr(console, "_said_stopped", False)
+    handlers = {
         name: signal.getsignal(name) for name in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     }
     try:
         main.main()
     finally:
         gc.enable()  # as `main` found it
-        for name, handler in before.items():
+        for name, handler in handlers.items():
             signal.signal(name, handler)
-    assert ended == [130] and capsys.readouterr().err == "stopped\n"
+    assert ended == [130] and capsys.readouterr().err == before + last
