@@ -102,6 +102,7 @@ def apply(
         settings = how.settings(
             look, overwrite=overwrite, split=split, jobs=jobs, on_whole=mark_output_whole
         )
+        cluster.check()
         if cluster.ray is not None and split is None:
             raise UsageError(
                 "--ray paints the segments of --split MINUTES: add it, or use makeup-video batch"

@@ -133,6 +133,13 @@ class ClusterOptions:
         ),
     ] = False
 
+    def check(self) -> None:
+        """Raises UsageError for an option that needs a cluster, and there is none."""
+        from makeup_video.pipeline import UsageError
+
+        if self.ship and self.ray is None:
+            raise UsageError("--ship is for a cluster: add --ray ADDRESS, or leave it out")
+
     @contextmanager
     def workers(
         self, count: int | None, here: "Callable[[int | None], Sequence[Worker] | None]"
@@ -141,11 +148,10 @@ class ClusterOptions:
 
         Raises UsageError, InstallError without Ray, WorkerError without a cluster.
         """
-        from makeup_video.pipeline import InstallError, UsageError
+        from makeup_video.pipeline import InstallError
 
+        self.check()
         if self.ray is None:
-            if self.ship:
-                raise UsageError("--ship is for a cluster: add --ray ADDRESS, or leave it out")
             yield here(count)
             return
         try:

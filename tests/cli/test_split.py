@@ -91,6 +91,7 @@ def test_a_part_of_a_film_is_painted_in_segments(tmp_path, src):
         (["--jobs", "2"], "--jobs needs --split"),
         (["--split", "1", "--start", "99"], "--start 99 s is beyond the end"),
         (["--ray", "auto"], "--ray paints the segments of --split MINUTES: add it"),
+        (["--look", "glam", "-o", "{look}.mp4", "--ship"], "--ship is for a cluster: add"),
         (["--split", "1", "--ship"], "--ship is for a cluster: add --ray ADDRESS"),
         (
             ["--look", "glam", "-o", "{look}.mp4", "--split", "1"],
