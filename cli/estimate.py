@@ -75,7 +75,7 @@ def estimate(
             if output is not None:
                 others = [] if catalogue is None else [catalogue]
                 file = stack.enter_context(
-                    LookFile(output, photo, None, *others, overwrite=overwrite)
+                    LookFile(output, photo, None, *others, overwrite=overwrite, wanted="photo")
                 )
             read = estimate_photo(photo, ref_face)
             look = read.look

@@ -5,10 +5,10 @@ from pathlib import Path
 
 from makeup_video.pipeline.errors import InputError
 
-_ANY = "video or picture"
+ANY = "video or picture"
 
 
-def local_file(path: str | os.PathLike[str], wanted: str = _ANY) -> Path:
+def local_file(path: str | os.PathLike[str], wanted: str = ANY) -> Path:
     """The path of an existing, non-empty, ordinary file; `wanted` names it in messages.
 
     Raises InputError with the reason.
@@ -18,7 +18,7 @@ def local_file(path: str | os.PathLike[str], wanted: str = _ANY) -> Path:
     file = Path(path)
     try:
         if file.is_dir():
-            many = ", or makeup-video batch, which paints them all" if wanted == _ANY else ""
+            many = ", or makeup-video batch, which paints them all" if wanted == ANY else ""
             raise InputError(f"{path} is a folder: give one {wanted} file{many}")
         if not file.exists():
             if "://" in str(path):

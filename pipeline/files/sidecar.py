@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import IO, Any, ClassVar, Self
 
 from makeup_video.pipeline.errors import OutputError, StoppedError, UsageError
-from makeup_video.pipeline.files.local_file import local_file
+from makeup_video.pipeline.files.local_file import ANY, local_file
 from makeup_video.pipeline.files.output_file import OutputFile, part_path, target_of, write_errors
 
 
@@ -18,6 +18,7 @@ class Sidecar:
     anything was written to it; after an error it is removed.
     src: the run's input.  dst: the main output, None when there is none.
     others: more files of the run, which must not be replaced.
+    wanted: what src must be, for messages.
     what: its name in messages.  begins, ends: written before and after everything else.
     Raises InputError when src is no file, UsageError or OutputError when the place is not free.
     """
@@ -33,6 +34,7 @@ class Sidecar:
         dst: str | os.PathLike[str] | None,
         *others: str | os.PathLike[str],
         overwrite: bool = False,
+        wanted: str = ANY,
     ) -> None:
         if not os.fspath(path):
             raise UsageError(f"the name of {self.what} is empty: give one")
@@ -41,7 +43,7 @@ class Sidecar:
                 f"{self.what} is not written to stdout, got -: give a file, or ./- for one of that "
                 "name"
             )
-        source, self.path = local_file(src), Path(path)
+        source, self.path = local_file(src, wanted), Path(path)
         with write_errors(self.path):
             if self.path.is_dir() or os.fspath(path).endswith(os.sep):
                 raise OutputError(f"{self.what} {path} is a folder: give the name of a file in it")

@@ -5,6 +5,7 @@ import os
 
 from makeup_video.pipeline.engine.machine import one_opencv_thread
 from makeup_video.pipeline.errors import UsageError, option
+from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.offline.film import Progress
 from makeup_video.pipeline.offline.overlay import DrawFaces
 from makeup_video.pipeline.offline.points_file import PointsFile
@@ -32,6 +33,7 @@ def inspect_video(
     check_progress(on_progress)
     for name in settings.given(("split_minutes", "faces")):
         raise UsageError(f"all faces are drawn, in one run: leave out {option(name)}")
+    local_file(src, "video or photo")  # of a folder a batch would paint all, not inspect them
     sidecar: contextlib.AbstractContextManager[PointsFile | None] = contextlib.nullcontext()
     if points is not None:
         sidecar = PointsFile(points, src, dst, overwrite=settings.overwrite)

@@ -173,6 +173,8 @@ def test_a_patch_of_the_colour_is_shown_on_a_terminal_only(folder, settings, col
         ([""], 3, "InputError: the name of the photo is empty"),
         (["two.png", "-o", ""], 2, "UsageError: the name of the look file is empty"),
         (["none.jpg"], 3, "InputError: none.jpg does not exist"),
+        (["none.jpg", "-o", "x.json"], 3, "none.jpg does not exist: give a photo file"),
+        ([".", "-o", "x.json"], 3, "InputError: . is a folder: give one photo file\n"),
         (["shades.csv"], 3, "PhotoError: shades.csv is no photo that can be read"),
         (["empty.png"], 3, "PhotoError: empty.png: no face was found"),
         (["two.png"], 3, "SeveralFacesError: two.png: one face was expected, 2 were found"),

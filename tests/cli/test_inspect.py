@@ -70,6 +70,7 @@ def test_quiet_prints_nothing(folder):
     ("args", "code", "words"),
     [
         (["none.mp4", "-o", "out.mp4"], 3, "does not exist"),
+        ([".", "-o", "out.mp4"], 3, "is a folder: give one video or photo file\n"),
         (["in.mp4", "-o", "in.mp4"], 2, "in.mp4"),
         (["in.mp4", "-o", "out.mp4", "--json", "in.mp4"], 2, "own files"),
         (["in.mp4", "-o", "out.mp4", "--json", "out.mp4"], 2, "own files"),
