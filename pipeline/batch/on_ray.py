@@ -207,7 +207,11 @@ class RayWorker:
 
     def _once(self, task: Any, job: RemoteJob, report: Callable[[Any], None]) -> Ended:
         pieces = None if self._files is None else self._files.pieces_of(str(job.source))
+        if self._stopped:  # while the file was read
+            raise StoppedError("stopped by the user")
         self._task = _TASK.options(num_cpus=self._cpus).remote(task, job, pieces)
+        if self._stopped:  # meanwhile, by another thread, which did not see the task
+            self.stop()
         with ExitStack() as stack:
             outputs = [] if pieces is None else _arriving(job, stack)
             for item in self._task:

@@ -13,6 +13,7 @@ from makeup_video.pipeline import (
     InputError,
     Look,
     Settings,
+    StoppedError,
     UsageError,
     WorkerError,
     process_video,
@@ -138,6 +139,43 @@ def test_an_output_finished_before_the_loss_is_not_made_again(tmp_path):
     results = do_job(job.again(), lambda progress: None)
     assert [one.frames for one in results] == [12, 12]
     assert os.stat(job.outputs[0]).st_mtime_ns == before.st_mtime_ns
+
+
+class StopsWorker:
+    """Stands in for the task and for the files that are sent, and stops the worker meanwhile."""
+
+    def __init__(self):
+        self.begun, self.cancelled = [], []
+
+    def pieces_of(self, path):
+        self.stop()
+        return []
+
+    def options(self, **_):
+        return self
+
+    def remote(self, *_):
+        self.stop()
+        self.begun.append(self)
+        return self
+
+    def cancel(self, task, force):
+        self.cancelled.append(task)
+
+    def __iter__(self):
+        raise on_ray.RayError("cancelled" if self.cancelled else "it goes on")
+
+
+@pytest.mark.parametrize("ship", [False, True])
+def test_a_stop_while_a_job_is_submitted_is_heard(tmp_path, monkeypatch, ship):
+    double = StopsWorker()
+    worker = on_ray.RayWorker(1, double if ship else None)
+    double.stop = worker.stop
+    monkeypatch.setattr(on_ray, "_TASK", double)
+    monkeypatch.setattr(on_ray.ray, "cancel", double.cancel)
+    with pytest.raises(StoppedError):
+        worker.run(do_job, job_of(tmp_path / "in.mkv", "a"), lambda progress: None)
+    assert len(double.begun) == len(double.cancelled) == (0 if ship else 1)
 
 
 @pytest.mark.parametrize(
