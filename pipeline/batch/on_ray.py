@@ -315,13 +315,14 @@ _TASK: Any = ray.remote(
 
 def _received(job: RemoteJob, folder: Path, pieces: Sequence[Any]) -> RemoteJob:
     """The same job on files of a folder of this machine, once the input has arrived."""
-    source = folder / Path(job.source).name
+    source = folder / "in" / Path(job.source).name
+    source.parent.mkdir()
     with source.open("wb") as file:
         for piece in pieces:
             file.write(ray.get(piece))
     outputs = []
     for number, output in enumerate(job.outputs):
-        place = folder / str(number) / Path(output).name
+        place = folder / f"out-{number}" / Path(output).name
         place.parent.mkdir()
         outputs.append(str(place))
     return job.moved(str(source), outputs)

@@ -224,6 +224,17 @@ def test_what_is_no_cluster_is_named_soon(says):
         kept[0].close()
 
 
+@pytest.mark.parametrize("name", ["0", "1", "in", "out-0"])
+def test_a_shipped_input_may_have_any_name(tmp_path, name):
+    source = make_clip(tmp_path / "in.mp4").rename(tmp_path / name)
+    (tmp_path / "there").mkdir()
+    job = job_of(source, "a", "b", look=Look())
+    here = on_ray._received(job, tmp_path / "there", [])
+    paths = [os.path.dirname(path) for path in (here.source, *here.outputs)]
+    assert len(set(paths)) == 3 and all(map(os.path.isdir, paths))
+    assert os.path.isfile(here.source) and os.path.basename(here.source) == name
+
+
 def test_an_input_that_is_gone_fails_alone(nodes, tmp_path):
     jobs = [job_of(tmp_path / "gone.mkv", "a"), job_of(make_clip(tmp_path / "in.mp4"), "a")]
     gone, done = run(nodes, tmp_path, jobs, ship=True).values()
