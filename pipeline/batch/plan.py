@@ -154,7 +154,7 @@ def is_whole(output: str, frames: int | None = None) -> bool:
     try:
         if not is_picture(path):
             return plays(path, frames)
-        decode_picture(read_bytes(path), path)
+        decode_picture(read_bytes(path, is_own=True), path)
     except InputError:
         return False
     return True

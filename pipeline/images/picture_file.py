@@ -83,13 +83,17 @@ def _is_animated_png(file: IO[bytes]) -> bool:
     return False
 
 
-def read_bytes(path: Path) -> bytes:
-    """Read the file of a picture, unless it is too large. Raises InputError, DecodeError."""
+def read_bytes(path: Path, *, is_own: bool = False) -> bytes:
+    """Read the file of a picture, unless it has too many pixels. Raises InputError, DecodeError.
+
+    is_own: we wrote the file, and one with before and after may have twice as many pixels.
+    """
     try:
         data = read_ordinary(path, _MOST_BYTES)
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}") from error
-    check_size(data, path)
+    if not is_own:
+        check_size(data, path)
     return data
 
 

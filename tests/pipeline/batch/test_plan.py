@@ -4,8 +4,10 @@ import pytest
 from makeup_video.pipeline import Look, OutputError, Settings, UsageError, process_video, product
 from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook, run_job
 from makeup_video.pipeline.batch.journal import Journal
-from makeup_video.pipeline.batch.plan import check_inputs_apart, plan_batch
+from makeup_video.pipeline.batch.plan import check_inputs_apart, is_whole, plan_batch
+from makeup_video.pipeline.images import picture_size
 from media import make_clip
+from picture_files import scene, write
 
 BARE = Look()
 RED = Look(lips=product((180, 0, 40), "satin"))
@@ -39,6 +41,15 @@ def case(tmp_path):
     case = Case(tmp_path)
     yield case
     case.journal.close()
+
+
+def test_an_own_picture_larger_than_any_input_is_whole(tmp_path, monkeypatch):
+    """A picture with before and after has twice the pixels of the input."""
+    large = write(tmp_path / "large.png", scene())
+    monkeypatch.setattr(picture_size, "MOST_PX", 1000)
+    assert is_whole(str(large), 1)
+    large.write_bytes(large.read_bytes()[:200])
+    assert not is_whole(str(large), 1)
 
 
 def test_new_work_is_to_be_done(case):
