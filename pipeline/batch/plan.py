@@ -27,6 +27,8 @@ from makeup_video.pipeline.files.part_file import remove_ended
 from makeup_video.pipeline.images.picture_file import decode_picture, is_picture, read_bytes
 from makeup_video.pipeline.media.probe import declared_frames, plays
 
+# of an output whose job could not say what was dropped, changed or damaged
+_UNKNOWN = "its process ended before it could say what was lost or changed"
 _ENDS_WITHIN_SECONDS, _AGAIN_SECONDS = 10.0, 0.2
 
 
@@ -136,7 +138,7 @@ def adopt(job: Job, at: int) -> Done | None:
         return None
     frames = 1 if is_picture(Path(output)) else declared_frames(Path(output))
     before, after = thumbnails(job.source, output, float(job.settings.start_seconds or 0))
-    return Done(output, now[1], frames, 0.0, (), False, before, after)
+    return Done(output, now[1], frames, 0.0, (_UNKNOWN,), False, before, after)
 
 
 def _changed(output: str) -> _Changed:

@@ -126,6 +126,7 @@ def test_a_kill_after_the_rename_counts_as_done(case, before):
     process_video(case.job.source, case.output, None, Settings(overwrite=True))
     result = case.known()
     assert isinstance(result, Done) and result.frames == 12
+    assert result.warnings == ("its process ended before it could say what was lost or changed",)
     assert case.known() == result  # by the journal's new line
 
 
