@@ -10,7 +10,7 @@ from typing import Any
 from makeup_video.cli.console import log
 from makeup_video.cli.look_options import faces_meant
 from makeup_video.cli.looks_options import LooksOptions, WantedLook
-from makeup_video.cli.many import NewFolders, fields_of
+from makeup_video.cli.many import NewFolders, fields_of, template_for
 from makeup_video.cli.output_options import OutputOptions
 from makeup_video.pipeline import Look, MakeupVideoError, UsageError
 from makeup_video.pipeline.batch.job import Job, JobLook
@@ -19,7 +19,7 @@ from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.plan import check_inputs_apart
 from makeup_video.pipeline.batch.sources import inputs_of
 from makeup_video.pipeline.files.output_file import check_apart
-from makeup_video.pipeline.files.template import OF_LOOKS, Origin, Template
+from makeup_video.pipeline.files.template import Origin, Template
 from makeup_video.pipeline.images.picture_file import WRITERS
 from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.media.codecs import CONTAINERS
@@ -181,7 +181,6 @@ def _job(
     origins: Sequence[Origin],
     overwrite: bool,
 ) -> Job:
-    template = Template(one.output)
     end = Path(one.output).suffix.lower()
     if "{" not in end and end not in _ENDINGS:
         names = "{name}-{look}" if len(looks) > 1 else "{name}"
@@ -190,10 +189,7 @@ def _job(
             f"--output must name files that end in {', '.join(_ENDINGS)}, as in -o {example!r}, "
             f"got {one.output!r}"
         )
-    if len(looks) > 1 and not set(OF_LOOKS) & set(template.fields):
-        raise UsageError(
-            f"{len(looks)} looks need a name each: put {{look}} in -o, got {one.output}"
-        )
+    template = template_for(one.output, len(looks))
     return Job(
         one.source,
         tuple(

@@ -14,6 +14,7 @@ from makeup_video.cli.outcome import error_text, join_words
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Report
+    from makeup_video.pipeline.files.template import Template
     from makeup_video.pipeline.offline.looks import LooksProgress
     from makeup_video.pipeline.offline.report import Outcome
 
@@ -26,23 +27,31 @@ def name_outputs(output: str, source: str, looks: Sequence[WantedLook]) -> list[
     A name without braces is taken as it is. Raises UsageError for a template that does not fit, and
     for outputs of one name.
     """
-    from makeup_video.pipeline import UsageError
     from makeup_video.pipeline.files.output_file import check_apart
-    from makeup_video.pipeline.files.template import OF_LOOKS, Origin, Template
+    from makeup_video.pipeline.files.template import Origin
 
     if len(looks) == 1 and not {"{", "}"} & set(output):
         return [output]
-    template = Template(output)
-    if len(looks) > 1 and not set(OF_LOOKS) & set(template.fields):
-        raise UsageError(
-            f"{len(looks)} looks need a name each: put {{look}} in -o, as in "
-            f"-o {_with_look(output)!r}, got {output}"
-        )
+    template = template_for(output, len(looks))
     fields = fields_of(Path(source))
     origins = [Origin(fields | look.fields, source, look.called) for look in looks]
     outputs = [template.fill(origin) for origin in origins]
     check_apart(outputs, origins)
     return list(map(os.fspath, outputs))
+
+
+def template_for(output: str, looks: int) -> "Template":
+    """The template of outputs. Raises UsageError for one that gives several looks one name."""
+    from makeup_video.pipeline import UsageError
+    from makeup_video.pipeline.files.template import OF_LOOKS, Template
+
+    template = Template(output)
+    if looks > 1 and not set(OF_LOOKS) & set(template.fields):
+        raise UsageError(
+            f"{looks} looks need a name each: put {{look}} in -o, as in "
+            f"-o {_with_look(output)!r}, got {output}"
+        )
+    return template
 
 
 def fields_of(path: Path) -> dict[str, str]:

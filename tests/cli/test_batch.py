@@ -183,7 +183,7 @@ def test_a_list_takes_the_words_for_faces_that_options_take(folder):
     ("words", "message"),
     [
         (["clips", *LOOKS, "-o", "out/{name}.mkv"],
-         "2 looks need a name each: put {look} in -o, got out/{name}.mkv"),
+         "2 looks need a name each: put {look} in -o, as in -o 'out/{name}-{look}.mkv'"),
         (["clips", "--look", "none", "-o", "out/all.mkv"], "two outputs have the name out/all.mkv"),
         (["clips", "--look", "none", "-o", "out/{nmae}.mkv"], "--output has {nmae}: the fields are"),
         (["clips", "--look", "none", "-o", "{folder}/{name}.mkv"], "would replace clips/a.mkv"),
