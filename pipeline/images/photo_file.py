@@ -21,7 +21,7 @@ from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.files.ordinary import open_ordinary
 from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orientation_of
 from makeup_video.pipeline.images.heif import HEAD_BYTES, is_heif, register_with_pillow, to_srgb
-from makeup_video.pipeline.images.picture_size import MOST_PX, TIFF_MARKS
+from makeup_video.pipeline.images.picture_size import MOST_FILE_BYTES, MOST_PX, TIFF_MARKS
 from PIL import ExifTags, Image, ImageCms, UnidentifiedImageError, features
 
 logging.getLogger("PIL").addHandler(logging.NullHandler())  # else Python prints its errors
@@ -58,7 +58,6 @@ _DAMAGE = (
 )
 # The beginnings of videos. Bytes, unlike files, are never given to a video decoder to find out.
 _MOVING = (b"\x1a\x45\xdf\xa3", b"FLV", b"\0\0\x01\xba", b"\0\0\x01\xb3")  # Matroska, FLV, MPEG
-_MOST_BYTES = 1_000_000_000  # the largest photo has no more, even uncompressed
 
 
 class _Photo:
@@ -136,7 +135,7 @@ def _opened(photo: str | os.PathLike[str] | bytes, name: str) -> _Photo:
         return _Photo(io.BytesIO(photo), name)
     path = local_file(photo, "photo")
     try:
-        return _Photo(open_ordinary(path, _MOST_BYTES), str(path), path)
+        return _Photo(open_ordinary(path, MOST_FILE_BYTES), str(path), path)
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}") from error
 

@@ -19,7 +19,7 @@ from makeup_video.pipeline.images.jpeg_segments import (
     icc_profile,
     with_icc_profile,
 )
-from makeup_video.pipeline.images.picture_size import TIFF_MARKS, check_size
+from makeup_video.pipeline.images.picture_size import MOST_FILE_BYTES, TIFF_MARKS, check_size
 from makeup_video.pipeline.media.input_file import PNG_MARK
 
 # The extensions of pictures that we write.
@@ -29,7 +29,6 @@ _XMP_IN_JPEG = b"http://ns.adobe.com/xap/1.0/\0"
 # sizes of the second header of a BMP, by its versions
 _BMP_HEADERS = [size.to_bytes(4, "little") for size in (12, 40, 52, 56, 64, 108, 124)]
 _ANIMATION = 2  # of the flags in WebP's VP8X
-_MOST_BYTES = 1_000_000_000  # the largest picture has no more, even uncompressed
 _NO_MEMORY = -4  # cv2.Error.StsNoMem
 
 
@@ -89,7 +88,7 @@ def read_bytes(path: Path, *, is_own: bool = False) -> bytes:
     is_own: we wrote the file, and one with before and after may have twice as many pixels.
     """
     try:
-        data = read_ordinary(path, _MOST_BYTES)
+        data = read_ordinary(path, MOST_FILE_BYTES)
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}") from error
     if not is_own:

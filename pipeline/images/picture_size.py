@@ -8,6 +8,7 @@ from makeup_video.pipeline.images.heif import DamagedHeifError, is_heif, size_wh
 
 # The largest phone camera in wide use has 108 Mpx.
 MOST_PX = 120_000_000
+MOST_FILE_BYTES = 1_000_000_000  # the largest file of a picture has no more, even uncompressed
 TIFF_MARKS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")  # with which a TIFF begins
 _LONGEST_PX = 1_000_000  # libpng's limit for a row or a column
 
