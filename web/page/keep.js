@@ -1,11 +1,11 @@
 // Saving and opening: the look as a file, the picture as PNG, undo and redo.
 
-import { ask, isReadable, NO_ANSWER, unreadable } from "./ask.js";
+import { isReadable, NO_ANSWER, unreadable } from "./ask.js";
 import { lookFile } from "./look.js";
 import { tellInFullScreen } from "./status.js";
 
 const ERROR_MS = 20_000;
-const PICTURE_MS = 120_000; // a PNG is large, and waits for those of other pages
+const PICTURE_MS = 120_000; // until the answer begins: a PNG waits for those of other pages
 const MOST_BYTES = 64_000; // of a look file: the server cuts off a page that sends more than 65,536
 const error = document.getElementById("error");
 const name = document.getElementById("name");
@@ -33,7 +33,10 @@ async function downloadPicture(session, both = "") {
   showError("");
   try {
     const address = `/picture.png?session=${encodeURIComponent(session)}${both}`;
-    const response = await ask(address, { signal: AbortSignal.timeout(PICTURE_MS) });
+    const request = new AbortController();
+    const late = setTimeout(() => request.abort(), PICTURE_MS);
+    const response = await fetch(address, { signal: request.signal });
+    clearTimeout(late); // a large picture may take longer on a slow network
     if (response.ok) download(await response.blob(), "png");
     else showError((await response.json()).error);
   } catch {
