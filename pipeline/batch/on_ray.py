@@ -295,7 +295,7 @@ def _on_machine(task: Any, job: RemoteJob, pieces: Sequence[Any] | None) -> Iter
         yield from _performed(task, job)
         return
     with TemporaryDirectory(prefix="makeup-video-") as folder:
-        here = _received(job, Path(folder), pieces)
+        here = received(job, Path(folder), pieces)
         for message in _performed(task, here):
             if isinstance(message, Ended):
                 if message.error is None:
@@ -313,7 +313,7 @@ _TASK: Any = ray.remote(
 )(_on_machine)
 
 
-def _received(job: RemoteJob, folder: Path, pieces: Sequence[Any]) -> RemoteJob:
+def received(job: RemoteJob, folder: Path, pieces: Sequence[Any]) -> RemoteJob:
     """The same job on files of a folder of this machine, once the input has arrived."""
     source = folder / "in" / Path(job.source).name
     source.parent.mkdir()

@@ -21,14 +21,17 @@ def thumbnails(source: str, output: str, start_seconds: float) -> tuple[bytes | 
     start_seconds: the moment of the input at which the output begins.
     None in place of a picture that cannot be read: a page of results can do without.
     """
-    return thumbnail(Path(source), start_seconds), thumbnail(Path(output))
+    return thumbnail(Path(source), start_seconds), thumbnail(Path(output), is_own=True)
 
 
-def thumbnail(path: Path, start_seconds: float = 0.0) -> bytes | None:
-    """A JPEG file of a picture, or of a moment of a video up to a second after start_seconds."""
+def thumbnail(path: Path, start_seconds: float = 0.0, *, is_own: bool = False) -> bytes | None:
+    """A JPEG file of a picture, or of a moment of a video up to a second after start_seconds.
+
+    is_own: as of read_bytes.
+    """
     try:
         if is_picture(path):
-            bgr8 = _picture(path)
+            bgr8 = _picture(path, is_own)
         else:
             bgr8 = picture_at(path, start_seconds, _LATEST_SECONDS)
     except InputError:
@@ -41,9 +44,9 @@ def thumbnail(path: Path, start_seconds: float = 0.0) -> bytes | None:
     return data.tobytes()
 
 
-def _picture(path: Path) -> np.ndarray:
+def _picture(path: Path, is_own: bool) -> np.ndarray:
     """A picture file upright, (H, W, 3) uint8 B'G'R'. Raises InputError, DecodeError."""
-    data = read_bytes(path)
+    data = read_bytes(path, is_own=is_own)
     if is_heif(data):
         stored, _ = decode_picture(data, path)
         return eight_bits(stored)[..., :3]

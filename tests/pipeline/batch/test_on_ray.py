@@ -229,7 +229,7 @@ def test_a_shipped_input_may_have_any_name(tmp_path, name):
     source = make_clip(tmp_path / "in.mp4").rename(tmp_path / name)
     (tmp_path / "there").mkdir()
     job = job_of(source, "a", "b", look=Look())
-    here = on_ray._received(job, tmp_path / "there", [])
+    here = on_ray.received(job, tmp_path / "there", [])
     paths = [os.path.dirname(path) for path in (here.source, *here.outputs)]
     assert len(set(paths)) == 3 and all(map(os.path.isdir, paths))
     assert os.path.isfile(here.source) and os.path.basename(here.source) == name

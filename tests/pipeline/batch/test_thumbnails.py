@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from makeup_video.pipeline.batch.thumbnails import thumbnail, thumbnails
+from makeup_video.pipeline.images import picture_size
 from people import clip, film
 
 
@@ -34,6 +35,14 @@ def test_large_pictures_shrink_and_small_ones_stay(tmp_path):
     for size, expected in (((30, 20), (30, 20)), ((2000, 500), (240, 60)), ((10, 3000), (1, 240))):
         cv2.imwrite(str(tmp_path / "a.png"), np.full((size[1], size[0], 3), 90, np.uint8))
         assert shown(thumbnail(tmp_path / "a.png")).shape[1::-1] == expected
+
+
+def test_an_output_may_be_larger_than_any_input(tmp_path, monkeypatch):
+    large = tmp_path / "a.png"
+    cv2.imwrite(str(large), np.full((40, 60, 3), 90, np.uint8))
+    monkeypatch.setattr(picture_size, "MOST_PX", 1000)
+    before, after = thumbnails(str(large), str(large), 0.0)
+    assert before is None and shown(after).shape[1::-1] == (60, 40)
 
 
 @pytest.mark.parametrize("data", [b"", b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"no film at all"])
