@@ -32,6 +32,9 @@ def main() -> None:
         gc.disable()  # while modules are loaded: see `seek_garbage`
         # numpy would start threads that wait for work by spinning, and our matrices are small
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+        # for `_report_error`, while there is memory for it
+        import makeup_video.pipeline.engine.out_of_memory  # noqa: F401
+
         # Typer takes a tenth of a second: Ctrl-C in that time is handled here, too
         from makeup_video.cli.app import app
 
@@ -127,7 +130,7 @@ def _report_error(error: Exception) -> int:
     if line := _completion_line(error):
         log(f"OutputError: {line}")
         return _UNWRITTEN
-    from makeup_video.pipeline.engine.machine import is_out_of_memory
+    from makeup_video.pipeline.engine.out_of_memory import is_out_of_memory
 
     if is_out_of_memory(error):
         log(

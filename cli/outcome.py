@@ -27,7 +27,8 @@ _NAMES = {
 # What to do with a photo of several people in commands without --ref-face.
 _WITHOUT_CHOICE = {
     "demo": ", or leave --ref out, and drop the photo on the page, where a face is clicked",
-    "bench": f", or save its look with {PROGRAM} estimate --ref-face, and give it as --look",
+    "bench": f", or save the look of one face by {PROGRAM} estimate PHOTO --ref-face NUMBER -o "
+    "look.json, and give --look look.json",
 }
 
 

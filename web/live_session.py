@@ -145,7 +145,8 @@ class LiveSession:
         if self._cameras is None:
             raise UsageError("this run has no other camera")
         offered = self._cameras.choices()
-        for chosen, several, now in ((name, "names", "name"), (size, "sizes", "size")):
+        wanted = size or offered["size"]  # "": the page leaves the size as it was asked for
+        for chosen, several, now in ((name, "names", "name"), (wanted, "sizes", "size")):
             if chosen not in (*offered[several], offered[now]):
                 raise UsageError(f"{chosen} is not offered: choose one of the list of {several}")
         for sink in self._run.figures().sinks:

@@ -178,5 +178,5 @@ def _done(output: str, report: Report, before: bytes | None) -> Done:
         tuple(report.warnings()),
         report.damaged,
         before,
-        thumbnail(Path(output)),
+        thumbnail(Path(output), is_own=True),
     )

@@ -205,10 +205,16 @@ class RayWorker:
             with suppress(RayError, ValueError):
                 ray.cancel(task, force=True)
 
-    def _once(self, task: Any, job: RemoteJob, report: Callable[[Any], None]) -> Ended:
-        pieces = None if self._files is None else self._files.pieces_of(str(job.source))
-        if self._stopped:  # while the file was read
+    def _check(self) -> None:
+        """Raises StoppedError after `stop`."""
+        if self._stopped:
             raise StoppedError("stopped by the user")
+
+    def _once(self, task: Any, job: RemoteJob, report: Callable[[Any], None]) -> Ended:
+        pieces = (
+            None if self._files is None else self._files.pieces_of(str(job.source), self._check)
+        )
+        self._check()
         self._task = _TASK.options(num_cpus=self._cpus).remote(task, job, pieces)
         if self._stopped:  # meanwhile, by another thread, which did not see the task
             self.stop()
@@ -245,12 +251,20 @@ class _SentFiles:
         self._lock = threading.Lock()
         self._last: tuple[str, list[Any]] = "", []
 
-    def pieces_of(self, path: str) -> list[Any]:
-        """References to the pieces of a file. Raises InputError."""
+    def pieces_of(self, path: str, check: Callable[[], None]) -> list[Any]:
+        """References to the pieces of a file. Raises InputError.
+
+        check: called before each piece; what it raises ends the reading.
+        """
         with self._lock:
+            check()
             if self._last[0] != path:
+                references = []
                 with local_file(path).open("rb") as file:
-                    self._last = path, [ray.put(data) for data in _pieces(file)]
+                    for data in _pieces(file):
+                        check()
+                        references.append(ray.put(data))
+                self._last = path, references
             return self._last[1]
 
 

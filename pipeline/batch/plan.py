@@ -28,7 +28,9 @@ from makeup_video.pipeline.images.picture_file import decode_picture, is_picture
 from makeup_video.pipeline.media.probe import declared_frames, plays
 
 # of an output whose job could not say what was dropped, changed or damaged
-_UNKNOWN = "its process ended before it could say what was lost or changed"
+_UNKNOWN = (
+    "what was lost or changed is not known, since its job was cut short: add {} to paint it anew"
+)
 _ENDS_WITHIN_SECONDS, _AGAIN_SECONDS = 10.0, 0.2
 
 
@@ -138,7 +140,9 @@ def adopt(job: Job, at: int) -> Done | None:
         return None
     frames = 1 if is_picture(Path(output)) else declared_frames(Path(output))
     before, after = thumbnails(job.source, output, float(job.settings.start_seconds or 0))
-    return Done(output, now[1], frames, 0.0, (_UNKNOWN,), False, before, after)
+    # a strict run would have refused any loss
+    unknown = () if job.settings.strict else (_UNKNOWN.format(option("overwrite", True)),)
+    return Done(output, now[1], frames, 0.0, unknown, False, before, after)
 
 
 def _changed(output: str) -> _Changed:

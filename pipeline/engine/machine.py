@@ -26,17 +26,6 @@ _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # of glibc's mallopt
 _LARGE_BLOCK_BYTES = 3 << 18
 _KEPT_BYTES = 1 << 20
 _GIVE_BACK_SECONDS = 1.0
-# How loader, threads, C++ and OpenCL say that memory ran out.
-_NO_MEMORY = (
-    "std::bad_alloc",
-    "failed to map segment",
-    "can't start new thread",
-    "cannot allocate memory",
-    "failed to allocate",
-    "insufficient memory",
-    "out_of_host_memory",
-    "mem_object_allocation_failure",
-)
 _given_back_at = 0.0
 
 
@@ -254,12 +243,6 @@ def one_opencv_thread() -> Iterator[None]:
         yield
     finally:
         _opencv.leave()
-
-
-def is_out_of_memory(error: Exception) -> bool:
-    """True for a MemoryError, and for what loader, threads, C++ and OpenCL raise in its place."""
-    text = str(error).lower()
-    return isinstance(error, MemoryError) or any(phrase in text for phrase in _NO_MEMORY)
 
 
 class _OpenCVThreads:

@@ -10,7 +10,8 @@ from multiprocessing.connection import Connection, wait
 from typing import Any, NamedTuple
 
 from makeup_video.pipeline.engine.jobs import WAS_STOPPED, Job, Progress, Result, Task
-from makeup_video.pipeline.engine.machine import is_out_of_memory, return_large_blocks
+from makeup_video.pipeline.engine.machine import return_large_blocks
+from makeup_video.pipeline.engine.out_of_memory import is_out_of_memory
 from makeup_video.pipeline.engine.signals import stop_signals
 from makeup_video.pipeline.errors import (
     MakeupVideoError,

@@ -1,5 +1,6 @@
 """The orientation that a picture's EXIF block declares, and the small picture in it."""
 
+import struct
 import warnings
 from typing import Any, Literal
 
@@ -7,7 +8,8 @@ from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orien
 
 _ORIENTATION_TAG = 0x0112
 EXIF_MARK = b"Exif\0\0"  # with which a block may begin, as in JPEG and HEIC
-_SIZES = {3: 2, 4: 4}  # bytes, by the type of a number: SHORT and LONG
+_SHORT = 3  # a type of numbers
+_SIZES = {_SHORT: 2, 4: 4}  # bytes, by the type of a number: SHORT and LONG
 # Where the small picture lies and how long it is: as JPEG, and as plain pixels.
 _THUMBNAIL_TAGS = ((0x0201, 0x0202), (0x0111, 0x0117))
 
@@ -17,18 +19,28 @@ def orientation(metadata: dict[int, Any]) -> Orientation:
     import cv2
 
     block = metadata.get(int(cv2.IMAGE_METADATA_EXIF))
-    if block is None:
-        return UPRIGHT
+    return UPRIGHT if block is None else orientation_of(_orientation_tag(bytes(block)))
+
+
+def orientation_alone(block: bytes) -> bytes:
+    """A short EXIF block with nothing but the orientation that a block declares."""
+    entry = struct.pack("<HHIHH", _ORIENTATION_TAG, _SHORT, 1, _orientation_tag(block), 0)
+    return b"II*\0" + struct.pack("<IH", 8, 1) + entry + bytes(4)
+
+
+def _orientation_tag(block: bytes) -> int:
+    """1 to 8; 1, which is upright, where none is declared."""
     from PIL import Image  # late: videos do not need Pillow
 
     exif = Image.Exif()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Pillow's, about damaged blocks
-            exif.load(bytes(block))
-            return orientation_of(exif.get(_ORIENTATION_TAG, 1))
+            exif.load(block)
+            declared = exif.get(_ORIENTATION_TAG, 1)
     except Exception:  # noqa: BLE001  # a damaged block may make Pillow raise anything
-        return UPRIGHT
+        return 1
+    return declared if declared in range(1, 9) else 1
 
 
 def without_thumbnail(block: bytes) -> bytes:

@@ -17,6 +17,7 @@ from makeup_video.pipeline.images.jpeg_segments import (
     JPEG_MARK,
     Segment,
     behind_picture,
+    iptc_of,
     iptc_segment,
     is_cmyk,
     segment,
@@ -37,7 +38,7 @@ _PNG_TAGS = {
 # Texts that OpenCV reads as XMP, or in which older programs kept EXIF, XMP and profiles, which
 # would describe the unpainted picture.
 _KNOWN_TEXTS = (b"XML:com.adobe.xmp\0", b"Raw profile type ")
-_IPTC_TEXT = b"Raw profile type iptc\0"
+_IPTC_TEXTS = (b"Raw profile type iptc\0", b"Raw profile type 8bim\0")  # alone, or Photoshop's
 _EXTENDED_XMP = b"http://ns.adobe.com/xmp/extension/\0"  # of a JPEG's APP1
 _IHDR_END = 33  # of a PNG: the mark, and the header with its length, name and checksum
 _JFIF = b"\xff\xe0\x00\x10JFIF\0"  # how the first segment of most JPEGs begins
@@ -138,7 +139,7 @@ def _tags_of_png(data: bytes) -> FileTags:
         if name in _PNG_TAGS and not content.startswith(_KNOWN_TEXTS):
             names.append(_PNG_TAGS[name])
             blocks += chunk
-        elif content.startswith(_IPTC_TEXT):
+        elif content.startswith(_IPTC_TEXTS):
             lost = ("IPTC: it is not read from a PNG",)
         elif name == _RESOLUTION and len(content) == 9:
             across, down, unit = struct.unpack(">IIB", content)
@@ -155,9 +156,12 @@ def _tags_of_jpeg(data: bytes) -> FileTags:
         unit, across, down = struct.unpack(">BHH", data[_DENSITY])
         if unit in _PER_METRE and across and down:
             per_metre = (round(across * _PER_METRE[unit]), round(down * _PER_METRE[unit]))
-    iptc = iptc_segment(found)
+    data_of_iptc = iptc_of(found)
+    iptc = iptc_segment(data_of_iptc) if data_of_iptc else b""
     names = [name for name, block in (("comment", comments), ("IPTC", iptc)) if block]
     lost = [*_lost_behind(found)]
+    if data_of_iptc and not iptc:
+        lost.append("IPTC: it is longer than 64 kB")
     if any(marker == APP1 and content.startswith(_EXTENDED_XMP) for marker, content in found):
         lost.append("extended XMP: the first 64 kB are written alone")
     changed = ("CMYK -> RGB",) if is_cmyk(found) else ()

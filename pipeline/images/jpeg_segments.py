@@ -73,26 +73,31 @@ def icc_profile(data: bytes) -> bytes:
     return b"".join(part[2:] for part in sorted(parts))  # a part begins with its number
 
 
-def iptc_segment(found: Iterable[Segment]) -> bytes:
-    """A segment with the IPTC data of a file, without the other data of Photoshop, such as a small
-    picture of the whole one; b"" where there is none, or more than one segment holds."""
+def iptc_of(found: Iterable[Segment]) -> bytes:
+    """The IPTC data of a file, without the other data of Photoshop, such as a small picture of the
+    whole one; b"" where there is none."""
     resources = b"".join(
         content[len(_PHOTOSHOP) :]
         for marker, content in found
         if marker == APP13 and content.startswith(_PHOTOSHOP)
     )
     at = 0
-    while resources[at : at + 4] == _RESOURCE and at + 7 <= len(resources):
+    while at + 7 <= len(resources):  # some programs have marks of their own in place of _RESOURCE
         name, number = resources[at + 6], resources[at + 4 : at + 6]
         at += 6 + name + 2 - name % 2  # the name has a byte of length, and fills whole pairs
         size = int.from_bytes(resources[at : at + 4], "big")
         data = resources[at + 4 : at + 4 + size]
         at += 4 + size + size % 2
         if number == _IPTC and data:
-            head = _PHOTOSHOP + _RESOURCE + _IPTC + bytes(2) + struct.pack(">I", len(data))
-            content = head + data + bytes(len(data) % 2)
-            return segment(APP13, content) if len(content) <= MOST_BYTES else b""
+            return data
     return b""
+
+
+def iptc_segment(data: bytes) -> bytes:
+    """A segment with IPTC data; b"" where that is more than one segment holds."""
+    head = _PHOTOSHOP + _RESOURCE + _IPTC + bytes(2) + struct.pack(">I", len(data))
+    content = head + data + bytes(len(data) % 2)
+    return segment(APP13, content) if len(content) <= MOST_BYTES else b""
 
 
 def with_icc_profile(data: bytes, profile: bytes) -> bytes:

@@ -10,7 +10,7 @@ from typing import IO
 import numpy as np
 from makeup_video.pipeline.errors import DecodeError, InputError, OutputError
 from makeup_video.pipeline.files.ordinary import read_ordinary
-from makeup_video.pipeline.images.exif import EXIF_MARK
+from makeup_video.pipeline.images.exif import EXIF_MARK, orientation_alone
 from makeup_video.pipeline.images.file_tags import without_announcements
 from makeup_video.pipeline.images.heif import DamagedHeifError, decode, is_heif
 from makeup_video.pipeline.images.jpeg_segments import (
@@ -192,6 +192,11 @@ def encode_picture(path: Path, pixels: np.ndarray, metadata: dict[int, np.ndarra
     return data
 
 
+def is_too_long_for_jpeg(exif: np.ndarray) -> bool:
+    """Whether a JPEG cannot hold an EXIF block: the orientation alone is written then."""
+    return len(EXIF_MARK) + len(exif) > MOST_BYTES  # OpenCV writes the mark
+
+
 def _encode(
     suffix: str, pixels: np.ndarray, metadata: dict[int, np.ndarray], options: list[int]
 ) -> bytes | None:
@@ -206,8 +211,10 @@ def _encode(
         if xmp in blobs:
             blobs[xmp] = np.concatenate([np.frombuffer(_XMP_IN_JPEG, np.uint8), blobs[xmp]])
         # OpenCV refuses the whole picture because of a block that is too long for a segment
-        heads = {int(cv2.IMAGE_METADATA_EXIF): len(EXIF_MARK)}  # OpenCV writes this one itself
-        blobs = {k: v for k, v in blobs.items() if len(v) + heads.get(k, 0) <= MOST_BYTES}
+        exif = int(cv2.IMAGE_METADATA_EXIF)
+        if exif in blobs and is_too_long_for_jpeg(blobs[exif]):  # else the picture lies on its side
+            blobs[exif] = np.frombuffer(orientation_alone(blobs[exif].tobytes()), np.uint8)
+        blobs = {kind: blob for kind, blob in blobs.items() if len(blob) <= MOST_BYTES}
     ok, data = cv2.imencodeWithMetadata(suffix, pixels, list(blobs), list(blobs.values()), options)
     if not ok:
         return None

@@ -41,6 +41,7 @@ class Muxer:
         self.target, self.part = target, target.part
         self.format, self.strict = container_format, strict
         self.dropped: list[str] = []
+        self._dropped_by_container: list[str] = []  # Matroska may hold it
         self.converted: list[str] = []
         self.bytes_out = 0
         self.video_packets = 0
@@ -79,7 +80,7 @@ class Muxer:
         """
         with self._lock, write_errors(self.part):
             options, dropped = container_options(source, self.format)
-            self.dropped += dropped
+            self._dropped_by_container += dropped
             self._container = av.open(
                 f"file:{self.target.own_path}", "w", format=self.format, container_options=options
             )
@@ -99,7 +100,8 @@ class Muxer:
             added = self._others.add(stream)
             if added is not None and added.type != "attachment" and not is_cover(stream):
                 self._sent[added.index] = sent_stream(label_of(stream), added)
-        self.dropped += self._others.dropped
+        self._dropped_by_container += self._others.dropped
+        self.dropped += self._dropped_by_container
         self.converted += self._others.converted
 
     def _add_video(self, video: Any, source: VideoSource) -> None:
@@ -143,7 +145,9 @@ class Muxer:
         if self.strict and (self.dropped or self.converted):
             lost = "; ".join([*self.dropped, *(f"{text} (converted)" for text in self.converted)])
             strict = option("strict")
-            advice = "Leave" if self.part.suffix.lower() == ".mkv" else "Use .mkv, or leave"
+            by_container = set(self.dropped) <= set(self._dropped_by_container)
+            may_help = by_container and self.part.suffix.lower() != ".mkv"
+            advice = "Use .mkv, or leave" if may_help else "Leave"
             raise StrictError(
                 f"{strict}: {self.part.suffix} cannot keep {lost}. {advice} {strict} out."
             )

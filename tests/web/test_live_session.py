@@ -269,8 +269,9 @@ def test_pages_choose_what_is_offered_and_no_other_file(name, size):
     session = LiveShow(Run(), PreviewSink(PreviewJpeg()), None, None, cameras).enter("")
     with pytest.raises(UsageError, match="is not offered: choose one of"):
         session.choose_camera(name, size)
-    session.choose_camera("film.mp4", "1280x720")  # those of now
-    assert cameras.chosen == (("film.mp4", "1280x720"),)
+    for own in ("1280x720", ""):  # that of now, and the one that was asked for
+        session.choose_camera("film.mp4", own)
+    assert cameras.chosen == (("film.mp4", "1280x720"), ("film.mp4", ""))
 
 
 def test_both_are_the_camera_s_picture_beside_the_painted_one(parts):

@@ -28,12 +28,12 @@ function show(choices, address, onError) {
   const camera = choice("Camera", names.includes(name) ? names : [name, ...names], name);
   const sizeChoice = choice("Size", sizes.includes(size) ? sizes : [size ?? "", ...sizes], size ?? "");
   sizeChoice.hidden = size == null && names.length < 2;
-  const put = async () => {
+  const put = async ({ target }) => {
     onError("");
     section.setAttribute("aria-busy", "true");
     const chosen = new URLSearchParams({
       name: camera.lastElementChild.value,
-      size: sizeChoice.lastElementChild.value || "1280x720",
+      size: target.name === "size" ? target.value : "", // else that which was asked for last
     });
     try {
       const response = await ask(`${address}&${chosen}`, { method: "POST" });

@@ -16,7 +16,7 @@ let told = ""; // by the page itself, which comes first
 let telling = 0;
 const noticeText = notice.querySelector("span");
 const said = document.getElementById("said"); // the same text for screen readers
-let closed = ""; // the notice that the visitor has closed
+let closed = ""; // the notice of the run that the visitor has closed
 let whyJpeg = ""; // where H.264 would spare the network
 
 /** Show the figures below the picture, and over it what needs the visitor's attention. */
@@ -58,7 +58,6 @@ function recent(text) {
 /** Show a notice over the picture for some time; "" removes it. */
 export function tell(text) {
   told = text;
-  if (text === closed) closed = ""; // it is said anew
   clearTimeout(telling);
   if (text) telling = setTimeout(() => tell(""), NOTICE_MS);
   showNotice();
@@ -70,11 +69,11 @@ export function tellInFullScreen(text) {
 }
 
 function showNotice() {
-  const text = told || ofRun;
-  if (text === "") closed = "";
+  if (ofRun === "") closed = "";
+  const text = told || (ofRun === closed ? "" : ofRun);
   if (noticeText.textContent !== text) noticeText.textContent = text;
-  notice.hidden = text === "" || text === closed;
-  say(notice.hidden ? "" : text);
+  notice.hidden = text === "";
+  say(text);
 }
 
 function say(text) {
@@ -82,9 +81,9 @@ function say(text) {
 }
 
 notice.querySelector("button").onclick = () => {
-  closed = noticeText.textContent; // another notice is shown
-  notice.hidden = true;
-  say("");
+  if (told) return tell("");
+  closed = ofRun; // another notice is shown
+  showNotice();
 };
 
 /** Show nothing of the run while there is no connection. */

@@ -38,10 +38,11 @@ class CameraSwitch:
     def choose(self, name: str, size: str) -> None:
         """Close the camera and open another one, or the same in another size.
 
+        size: "" for the one that was asked for last.
         Blocks until the camera is open. Raises UsageError, InputError or DecodeError when it cannot
         be opened; the run then goes on with the old one, as soon as that opens again.
         """
-        wanted = replace(self._settings, name=name, size=size)
+        wanted = replace(self._settings, name=name, size=size or self._settings.size)
         with self._changed:
             self._is_switching = True
         try:

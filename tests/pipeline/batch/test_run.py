@@ -5,6 +5,8 @@ import signal
 from dataclasses import replace
 from multiprocessing import active_children
 
+import cv2
+import numpy as np
 import pytest
 from makeup_video.pipeline import (
     InputError,
@@ -20,6 +22,7 @@ from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook, run_job
 from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.run import local_workers, run_batch
 from makeup_video.pipeline.engine.processes import ChildProcess
+from makeup_video.pipeline.images import picture_size
 from media import make_clip
 from people import SAMPLES, clip, film
 
@@ -141,6 +144,16 @@ def test_looks_of_one_input_share_its_small_picture(tmp_path):
     first, *rest = run_job(job, lambda progress: None)
     assert first.before and not any(one.before for one in rest)
     assert all(one.after for one in (first, *rest))
+
+
+def test_an_output_larger_than_any_input_has_a_small_picture(tmp_path, monkeypatch):
+    """A picture with before and after has twice the pixels of the input."""
+    source = tmp_path / "a.png"
+    cv2.imwrite(str(source), np.full((40, 60, 3), 90, np.uint8))
+    job = replace(job_of(str(source), "x"), settings=Settings(compare=True))
+    monkeypatch.setattr(picture_size, "MOST_PX", 3000)
+    (done,) = run_job(job, lambda progress: None)
+    assert done.before and done.after
 
 
 @pytest.mark.parametrize(

@@ -108,6 +108,19 @@ def test_iptc_of_a_jpeg_is_kept_without_the_small_picture(tmp_path, name, in_two
     assert report.dropped == ["IPTC: not accepted in .png"]
 
 
+@pytest.mark.parametrize("mark", [b"8BIM", b"MeSa"])
+def test_iptc_behind_other_marks_is_kept_and_long_one_named(tmp_path, mark):
+    plain = write(tmp_path / "in.jpg", scene()).read_bytes()
+    for size, dropped in ((20, []), (70_000, ["IPTC: it is longer than 64 kB"])):
+        data = mark + SMALL_PICTURE[4:] + resource(0x0404, CAPTION + bytes(size))
+        parts = (data[at : at + 60_000] for at in range(0, len(data), 60_000))
+        blocks = b"".join(segment(0xED, b"Photoshop 3.0\0" + part) for part in parts)
+        (tmp_path / "in.jpg").write_bytes(plain[:20] + blocks + plain[20:])
+        assert process_video(tmp_path / "in.jpg", tmp_path / "out.jpg").dropped == dropped
+        assert (CAPTION in (tmp_path / "out.jpg").read_bytes()) == (not dropped)
+        (tmp_path / "out.jpg").unlink()
+
+
 @given(st.binary(max_size=60))
 def test_any_resources_of_photoshop_are_read_or_passed_over(noise):
     block = segment(0xED, b"Photoshop 3.0\0" + SMALL_PICTURE + b"8BIM" + noise)
@@ -122,8 +135,9 @@ def test_extended_xmp_of_a_jpeg_has_a_line(tmp_path):
     assert report.dropped == ["extended XMP: the first 64 kB are written alone"]
 
 
-def test_iptc_in_a_text_of_a_png_has_a_line(tmp_path):
-    old = chunk(b"zTXt", b"Raw profile type iptc\0\0" + zlib.compress(b"\niptc\n"))
+@pytest.mark.parametrize("kind", [b"iptc", b"8bim"])
+def test_iptc_in_a_text_of_a_png_has_a_line(tmp_path, kind):
+    old = chunk(b"zTXt", b"Raw profile type %b\0\0" % kind + zlib.compress(b"\niptc\n"))
     report = process_video(png_with(tmp_path / "in.png", old), tmp_path / "out.png")
     assert report.dropped == ["IPTC: it is not read from a PNG"]
 

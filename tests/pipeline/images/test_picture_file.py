@@ -10,6 +10,7 @@ from makeup_video.pipeline.frames.orientation import ORIENTATIONS
 from makeup_video.pipeline.frames.rgb import merge, to_frame
 from makeup_video.pipeline.images.exif import orientation as exif_orientation
 from picture_files import EXIF, XMP, exif, read_picture, scene, write
+from PIL import Image
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
@@ -97,4 +98,13 @@ def test_a_block_too_long_for_a_jpeg_alone_is_lost(tmp_path, start, kind, name, 
         src = write(tmp_path / f"in{start}", scene(), {kind: data})
         (tmp_path / "out.jpg").unlink(missing_ok=True)
         assert process_video(src, tmp_path / "out.jpg").dropped == dropped
-        assert (int(kind) in read_picture(tmp_path / "out.jpg")[1]) == (not dropped)
+        kept = read_picture(tmp_path / "out.jpg")[1].get(int(kind), b"")
+        assert (len(kept) == size) == (not dropped)
+
+
+@pytest.mark.parametrize("turned", range(1, 9))
+def test_of_exif_too_long_for_a_jpeg_the_orientation_stays(tmp_path, turned):
+    src = write(tmp_path / "in.png", scene(), {EXIF: exif(turned) + bytes(70000)})
+    assert process_video(src, tmp_path / "out.jpg").dropped == ["EXIF: not accepted in .jpg"]
+    with Image.open(tmp_path / "out.jpg") as picture:
+        assert picture.getexif().get(0x0112) == turned

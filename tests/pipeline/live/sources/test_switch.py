@@ -47,6 +47,22 @@ def test_frames_of_another_camera_follow_with_later_times(clips):
     assert switch.choices()["size"] is None
 
 
+def test_another_camera_is_asked_for_the_size_of_the_run(clips, monkeypatch):
+    asked = []
+
+    def open_source(settings, log):
+        asked.append((settings.name, settings.size))
+        return opened(settings, log)
+
+    opened = switch_module.open_source
+    monkeypatch.setattr(switch_module, "open_source", open_source)
+    switch = CameraSwitch(CameraSettings(name=clips["a"], size="1920x1080"), pytest.fail)
+    for name, size in (("b", ""), ("a", "640x480"), ("b", "")):
+        switch.choose(clips[name], size)
+    assert [size for _, size in asked] == ["1920x1080", "1920x1080", "640x480", "640x480"]
+    switch.close()
+
+
 @pytest.mark.parametrize(
     ("name", "size"), [("/nowhere/x.mp4", "64x64"), ("", "64x64"), ("a", "big")]
 )
