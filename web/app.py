@@ -99,7 +99,8 @@ class Endpoints:
 
     def __init__(self, rooms: Rooms, slow_jobs: SlowJobs) -> None:
         self._rooms, self._slow_jobs, self._uploads = rooms, slow_jobs, Uploads(slow_jobs)
-        self._downloads, self._thumbnails = OneAtATime(slow_jobs), OneAtATime(slow_jobs)
+        self._downloads, self._thumbnails = OneAtATime(slow_jobs.run), OneAtATime(slow_jobs.run)
+        self._choices = OneAtATime(slow_jobs.run_on_device)
 
     async def page(self, _request: Request) -> Response:
         """Serve the page."""
@@ -167,7 +168,7 @@ class Endpoints:
     async def cameras(self, request: Request) -> Response:
         """List the cameras and sizes that a page may choose, for the user of this machine alone."""
         session, is_owner = self._room(request).session, is_this_machine(request.scope)
-        choices = await self._slow_jobs.run_on_device(session.cameras) if is_owner else {}
+        choices = await self._choices.run(request, session.cameras) if is_owner else {}
         return JSONResponse({"is_owner": is_owner, **choices})
 
     async def choose_camera(self, request: Request) -> Response:

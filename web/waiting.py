@@ -1,14 +1,14 @@
 """Slow jobs that requests wait for; a page that gives up its request leaves them out."""
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine
 from typing import Any, TypeVar
 
-from makeup_video.web.slow_jobs import SlowJobs
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
 T = TypeVar("T")
+Run = Callable[[Callable[[], Any]], Awaitable[Any]]
 
 
 async def while_wanted(request: Request, work: Coroutine[Any, Any, T]) -> T:
@@ -30,11 +30,12 @@ async def while_wanted(request: Request, work: Coroutine[Any, Any, T]) -> T:
 
 
 class OneAtATime:
-    """Jobs whose results pages fetch. One of them at a time waits for the slow jobs, so that a
-    picture or a photo never waits for many."""
+    """Jobs whose results pages fetch. One of them at a time waits for its thread, so that a picture
+    or a photo never waits for many."""
 
-    def __init__(self, slow_jobs: SlowJobs) -> None:
-        self._slow_jobs = slow_jobs
+    def __init__(self, run: Run) -> None:
+        """run: of the thread, a method of SlowJobs."""
+        self._run = run
         self._one = asyncio.Lock()
 
     async def run(self, request: Request, job: Callable[[], T]) -> T:
@@ -43,7 +44,8 @@ class OneAtATime:
 
     async def _in_turn(self, job: Callable[[], T]) -> T:
         async with self._one:
-            return await self._slow_jobs.run(job)
+            result: T = await self._run(job)
+            return result
 
 
 async def _left(request: Request) -> None:
