@@ -25,6 +25,7 @@ from makeup_video.pipeline.media.input_file import PNG_MARK
 # The extensions of pictures that we write.
 WRITERS = {".jpg": "jpeg", ".jpeg": "jpeg", ".png": "png", ".webp": "webp"}
 # APP1 segments of a JPEG begin with what they hold (XMP specification part 3, section 1.1.3)
+_JPEG = (".jpg", ".jpeg")
 _XMP_IN_JPEG = b"http://ns.adobe.com/xap/1.0/\0"
 # sizes of the second header of a BMP, by its versions
 _BMP_HEADERS = [size.to_bytes(4, "little") for size in (12, 40, 52, 56, 64, 108, 124)]
@@ -192,9 +193,10 @@ def encode_picture(path: Path, pixels: np.ndarray, metadata: dict[int, np.ndarra
     return data
 
 
-def is_too_long_for_jpeg(exif: np.ndarray) -> bool:
-    """Whether a JPEG cannot hold an EXIF block: the orientation alone is written then."""
-    return len(EXIF_MARK) + len(exif) > MOST_BYTES  # OpenCV writes the mark
+def is_exif_too_long(suffix: str, exif: np.ndarray) -> bool:
+    """Whether files of that kind cannot hold an EXIF block: they get its orientation alone."""
+    # OpenCV writes the mark
+    return suffix.lower() in _JPEG and len(EXIF_MARK) + len(exif) > MOST_BYTES
 
 
 def _encode(
@@ -204,7 +206,7 @@ def _encode(
     import cv2
 
     blobs, profile = dict(metadata), b""
-    if suffix in (".jpg", ".jpeg"):
+    if suffix in _JPEG:
         # OpenCV leaves out a profile that needs several segments
         profile = bytes(blobs.pop(int(cv2.IMAGE_METADATA_ICCP), b""))
         xmp = int(cv2.IMAGE_METADATA_XMP)
@@ -212,7 +214,7 @@ def _encode(
             blobs[xmp] = np.concatenate([np.frombuffer(_XMP_IN_JPEG, np.uint8), blobs[xmp]])
         # OpenCV refuses the whole picture because of a block that is too long for a segment
         exif = int(cv2.IMAGE_METADATA_EXIF)
-        if exif in blobs and is_too_long_for_jpeg(blobs[exif]):  # else the picture lies on its side
+        if exif in blobs and is_exif_too_long(suffix, blobs[exif]):  # else it lies on its side
             blobs[exif] = np.frombuffer(orientation_alone(blobs[exif].tobytes()), np.uint8)
         blobs = {kind: blob for kind, blob in blobs.items() if len(blob) <= MOST_BYTES}
     ok, data = cv2.imencodeWithMetadata(suffix, pixels, list(blobs), list(blobs.values()), options)

@@ -23,7 +23,7 @@ from makeup_video.pipeline.images.picture_file import (
     WRITERS,
     decode_picture,
     encode_picture,
-    is_too_long_for_jpeg,
+    is_exif_too_long,
     read_bytes,
 )
 from makeup_video.pipeline.media.side_by_side import side_by_side
@@ -31,7 +31,6 @@ from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 
 _KINDS = ("EXIF", "XMP", "ICC profile")  # by cv2.IMAGE_METADATA_*: a video needs no OpenCV
-_JPEG = (".jpg", ".jpeg")
 _DISPLAY_P3 = 12  # primaries, as ColourTags number them
 _EXIF, _ICC_PROFILE = _KINDS.index("EXIF"), _KINDS.index("ICC profile")
 
@@ -198,6 +197,6 @@ def _lost_metadata(data: bytes, path: Path, metadata: dict[int, np.ndarray]) -> 
     kept = decode_picture(data, path)[1] if metadata else {}
     lost = {kind for kind in metadata if kind not in kept}
     exif = metadata.get(_EXIF)
-    if path.suffix.lower() in _JPEG and exif is not None and is_too_long_for_jpeg(exif):
+    if exif is not None and is_exif_too_long(path.suffix, exif):
         lost.add(_EXIF)
     return [f"{_KINDS[kind]}: not accepted in {path.suffix}" for kind in metadata if kind in lost]

@@ -11,6 +11,10 @@ from makeup_video.pipeline import StoppedError
 from makeup_video.web import slow_jobs
 from makeup_video.web.slow_jobs import SlowJobs
 
+on_linux = pytest.mark.skipif(
+    sys.platform != "linux", reason="priority is a matter of threads on Linux alone"
+)
+
 
 def test_only_the_server_and_the_slow_jobs_use_threads():
     web = Path(slow_jobs.__file__).parent
@@ -26,9 +30,7 @@ def test_jobs_run_one_after_another_on_a_thread_of_their_own():
     assert only != threading.get_native_id()
 
 
-@pytest.mark.skipif(
-    sys.platform != "linux", reason="priority is a matter of threads on Linux alone"
-)
+@on_linux
 def test_slow_jobs_have_lower_priority_than_other_threads():
     def priority():
         return os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
@@ -36,9 +38,7 @@ def test_slow_jobs_have_lower_priority_than_other_threads():
     assert SlowJobs().submit(priority).result(20) > priority()
 
 
-@pytest.mark.skipif(
-    sys.platform != "linux", reason="priority is a matter of threads on Linux alone"
-)
+@on_linux
 def test_threads_of_a_recording_keep_the_usual_priority():
     def priority_of_a_thread():
         found = []
