@@ -1,7 +1,7 @@
 /* Makes the surfaces of a face's lips and lids from its points, its lip mask and the frame around
  * them. Host side, with all constants and the layout of each buffer: surface.py. Numpy twins, which
  * explain each step: pipeline/render/surfaces/lips_twin.py, eyes_twin.py and
- * pipeline/render/luminance.py.
+ * pipeline/render/luminance_twin.py.
  *
  * One work-group makes a region (the lips or a lid), step by step. A work-item computes eight
  * pixels at once, since PoCL does not vectorise code that reads neighbours.

@@ -1,7 +1,7 @@
 """Host side of surface.cl, with the constants and buffer layouts that it shares with its twins.
 
 The numpy twins are pipeline/render/surfaces/lips_twin.py, eyes_twin.py and
-pipeline/render/luminance.py.
+pipeline/render/luminance_twin.py.
 """
 
 import math

@@ -14,27 +14,6 @@ from makeup_video.pipeline.frames.affine import Affine, AffineArray
 from makeup_video.pipeline.frames.frame import Frame
 
 
-def samples_at(frame: Frame, places: np.ndarray, step: float) -> list[np.ndarray]:
-    """Y', Cb and Cr of a stored frame, each (1, N) codes; for a grey frame, Y' alone.
-
-    places, step: as for sample_at, in luma px.
-    """
-    rows = [sample_at(frame.planes[0], places, step)]
-    to_chroma = _to_chroma(*frame.chroma)
-    scale = to_chroma.diagonal().astype(np.float32)
-    places = places * scale[:, None] + to_chroma[:, 2:].astype(np.float32)
-    for plane in frame.planes[1:3]:
-        sampled = sample_at(plane, places, step * float(scale.prod() ** 0.5))
-        rows += [sampled] if sampled.ndim == 2 else cv2.split(sampled)  # NV12: one plane holds both
-    return rows
-
-
-@lru_cache
-def _to_chroma(across: int, down: int) -> AffineArray:
-    """Luma px -> chroma px, for chroma sited at the centre of its luma samples."""
-    return np.array([[1 / across, 0, 0.5 / across - 0.5], [0, 1 / down, 0.5 / down - 0.5]])
-
-
 @lru_cache
 def pixel_places(size_wh: tuple[int, int]) -> np.ndarray:
     """(3, H*W) float32: x, y, 1 of every pixel of a crop, row by row."""
@@ -55,20 +34,6 @@ def sample(plane: np.ndarray, to_px: AffineArray, size_wh: tuple[int, int]) -> n
         plane, to_part = shrunk(plane, box, factor)
         to_px = to_part.after(Affine.from_array(to_px)).array()
     return warp(plane, to_px, size_wh)
-
-
-def sample_at(plane: np.ndarray, places: np.ndarray, step: float) -> np.ndarray:
-    """Samples as `sample` takes them, at any points: (1, N) or (1, N, C).
-
-    places: (2, N) float32, x and y in px. step: px between neighbouring points.
-    """
-    factor = shrink_factor(step)
-    if factor > 1:
-        reach = list(zip(places.min(1).tolist(), places.max(1).tolist(), strict=True))
-        plane, to_part = shrunk(plane, part_around(reach, plane, factor), factor, every_row=True)
-        scale = np.array([[to_part.a], [to_part.d]], np.float32)
-        places = places * scale + np.array([[to_part.shift_x], [to_part.shift_y]], np.float32)
-    return remap(plane, places)
 
 
 def warp(plane: np.ndarray, to_px: AffineArray, size_wh: tuple[int, int]) -> np.ndarray:
@@ -150,15 +115,13 @@ def part_around(reach: list[tuple[float, float]], plane: np.ndarray, multiple: i
     return _Box(*low, *high)
 
 
-def shrunk(
-    plane: np.ndarray, box: _Box, factor: int, every_row: bool = False
-) -> tuple[np.ndarray, Affine]:
+def shrunk(plane: np.ndarray, box: _Box, factor: int) -> tuple[np.ndarray, Affine]:
     """A part of a plane, averaged `factor` to 1, and the map plane px -> part px.
 
-    For a factor above 2 only every second row is read, because memory is slow; every_row reads all.
+    For a factor above 2 only every second row is read, because memory is slow.
     """
     left, top, right, bottom = box
-    wide, tall, skip = right - left, bottom - top, 2 if factor > 2 and not every_row else 1
+    wide, tall, skip = right - left, bottom - top, 2 if factor > 2 else 1
     size = max(1, wide // factor), max(1, tall // factor)
     part = halved(plane[top:bottom:skip, left:right], factor // skip)
     if part.shape[1::-1] != size:

@@ -12,7 +12,7 @@ from makeup_video.kernels.surface import FaceSurfaces, GridPlace, SurfaceKernel
 from makeup_video.pipeline.faces.face import Face, FrameFaces
 from makeup_video.pipeline.faces.track_memory import TrackMemory
 from makeup_video.pipeline.frames.frame import Frame, coding_of
-from makeup_video.pipeline.render.luminance import light_planes
+from makeup_video.pipeline.render.light_planes import light_planes
 from makeup_video.pipeline.render.opencl import open_device
 from makeup_video.pipeline.render.regions import READ
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight

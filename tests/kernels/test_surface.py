@@ -29,9 +29,9 @@ from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.render.build_scene import BuildScene
-from makeup_video.pipeline.render.luminance import luminances
-from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
-from makeup_video.pipeline.render.surfaces.lips_twin import lips_surface
+from makeup_video.pipeline.render.luminance_twin import luminances
+from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces, light_on_lid
+from makeup_video.pipeline.render.surfaces.lips_twin import light_on_lips, lips_surface
 from people import frame_of
 
 SHUT, OPEN, BLINK = 60, 100, 75  # frames of the sample
@@ -42,13 +42,13 @@ def made_and_meant(frame: Frame, face: Face):
     first."""
     (scene,) = BuildScene()(FrameFaces(frame, (face,))).faces
     by_kernel = lit_of(scene)
-    by_numpy = [
-        region for region in (lips_surface(face), *lid_surfaces(face)) if region is not None
-    ]
+    lips = lips_surface(face)
+    by_numpy = [*([] if lips is None else [lips]), *lid_surfaces(face)]
     light = luminances(frame, coding_of(frame), [region.grid for region in by_numpy])
     assert len(by_kernel) == len(by_numpy)
     for lit, region, luminance in zip(by_kernel, by_numpy, light, strict=True):
-        yield lit.surface, lit.shading, lit.mean, region, *region.shaded(luminance)
+        light_on = light_on_lips if region is lips else light_on_lid
+        yield lit.surface, lit.shading, lit.mean, region, *light_on(region, luminance)
 
 
 def assert_same_surface(by_kernel, by_numpy):
@@ -89,7 +89,7 @@ def test_surfaces_are_those_of_numpy(degrees, scale, to_xy, number, lean):
         frame_of(rgb8), face
     ):
         assert_same_surface(by_kernel, by_numpy)
-        # the kernel does not round codes in between, and reads chroma in blocks of four
+        # the kernel reads chroma in blocks of four
         assert mean == pytest.approx(want_mean, rel=0.03, abs=3e-3)
         np.testing.assert_allclose(shading, want_shading, rtol=0.06, atol=0.01)
 

@@ -22,11 +22,6 @@ from makeup_video.kernels.surface import (
     LID_CURVES,
     LID_HW,
     LID_LEFT,
-    LID_LIGHT_BESIDE,
-    LID_LIGHT_FROM,
-    LID_LIGHT_TO,
-    LID_LIT,
-    LID_SIGMA_PX,
     LID_STEP,
     RING_POINTS,
     FaceSurfaces,
@@ -39,7 +34,6 @@ from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.look.kinds.fields import EyeChart, EyeFields
 from makeup_video.pipeline.render.grid import Grid, PointXY, box_of
 from makeup_video.pipeline.render.lay_coats import lay_coats
-from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.both_eyes import ACROSS, OUTWARDS, TOP, BothEyes
 from makeup_video.pipeline.render.surfaces.face_outline import parts_on_face
@@ -53,7 +47,6 @@ _CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
 _FOLD = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
 _LOWER_LASHES = np.arange(9)
 _LASH_FEATHER, _LEAST_FEATHER_PX = 0.025, 1.2  # away from a lash line; of the eye's width
-_LIT = slice(8 * LID_LIT[0], 8 * LID_LIT[1])  # columns that light is read for
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
 # Log luminance of the skin under the eyes beside the face's: behind dark glass, and seen.
 _BEHIND_GLASS = -1.1, -0.6
@@ -210,16 +203,6 @@ class LidSurface:
         deepest = max(0.5 * opened * self.width_px / feather_px, 0.0)
         covered: np.ndarray = np.maximum(_BEYOND, np.float32(shut * (1 + deepest)))
         return covered
-
-    def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
-        """Luminance on the grid -> the broad light on the grid, and its mean over the lid.
-
-        Also a twin of kernels/surface.cl.
-        """
-        is_lid = (self.up > LID_LIGHT_FROM) & (self.up < LID_LIGHT_TO)
-        is_lid &= np.abs(OUTWARDS) < LID_LIGHT_BESIDE
-        (light,), mean = broad(luminance, (is_lid,), LID_SIGMA_PX, _LIT)
-        return light, mean
 
     def scaled(self, to_new: AffineArray) -> "LidSurface":
         """The same on a picture of another size."""

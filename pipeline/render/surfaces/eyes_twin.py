@@ -1,4 +1,5 @@
-"""The lids' surface in numpy: the twin that kernels/surface.cl is tested against."""
+"""The lids' surface in numpy: what `reference` reads photos with, and the twin that
+kernels/surface.cl is tested against."""
 
 from functools import partial
 
@@ -15,20 +16,27 @@ from makeup_video.kernels.surface import (
     LID_HELD,
     LID_HW,
     LID_LEAST,
+    LID_LIGHT_BESIDE,
+    LID_LIGHT_FROM,
+    LID_LIGHT_TO,
+    LID_LIT,
     LID_ROUNDNESS,
     LID_SEEDS,
     LID_SETTLE,
+    LID_SIGMA_PX,
     LID_STEEPEST,
     LID_STEP,
     LID_TURNS,
 )
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.render.grid import Grid, slopes_along
-from makeup_video.pipeline.render.surfaces.both_eyes import COLUMNS, SIZE_WH, BothEyes
+from makeup_video.pipeline.render.luminance_twin import broad
+from makeup_video.pipeline.render.surfaces.both_eyes import COLUMNS, OUTWARDS, SIZE_WH, BothEyes
 from makeup_video.pipeline.render.surfaces.eyes import EYE_CURVES, LidSurface, eye_places
 from makeup_video.pipeline.render.surfaces.face_outline import parts_on_face
 
 _ROWS = np.arange(SIZE_WH[1], dtype=np.float32)[:, None]
+_LIT = slice(8 * LID_LIT[0], 8 * LID_LIT[1])  # columns that light is read for
 
 
 def lid_surfaces(face: Face) -> list[LidSurface]:
@@ -55,9 +63,18 @@ def lid_surfaces(face: Face) -> list[LidSurface]:
     ]  # fmt: skip
 
 
+def light_on_lid(surface: LidSurface, luminance: np.ndarray) -> tuple[np.ndarray, float]:
+    """Luminance on the grid -> the broad light on the grid, and its mean over the lid."""
+    is_lid = (surface.up > LID_LIGHT_FROM) & (surface.up < LID_LIGHT_TO)
+    is_lid &= np.abs(OUTWARDS) < LID_LIGHT_BESIDE
+    (light,), mean = broad(luminance, (is_lid,), LID_SIGMA_PX, _LIT)
+    return light, mean
+
+
 def lid_curves(face: Face) -> list[tuple[Grid, np.ndarray] | None]:
     """For both eyes, each with its grid: lash line, crease and fold, (3, 48) rows of the grid by
-    column, as the mesh has them: they meet at the corners of the eye.
+    column, as the mesh has them: they meet at the corners of the eye. For photos alone: the kernel
+    makes no such curves.
 
     None for an eye that is too narrow to be seen.
     """

@@ -16,13 +16,10 @@ import cv2
 import numpy as np
 from makeup_video.kernels.colour import Coding
 from makeup_video.kernels.face import (
-    CHEEK_ACROSS,
-    CHEEK_DOWN,
     LOWEST,
     MARGIN,
     POINTS,
     SIDE,
-    SIGMA_PX,
     STEP,
     FaceKernel,
     FaceToRead,
@@ -43,7 +40,7 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.kinds.fields import FaceFields
 from makeup_video.pipeline.render.grid import Box, Grid, PointXY, box_of
 from makeup_video.pipeline.render.lay_coats import lay_coats
-from makeup_video.pipeline.render.luminance import broad, light_planes
+from makeup_video.pipeline.render.light_planes import light_planes
 from makeup_video.pipeline.render.surfaces.face_points import fit_points, fit_tables
 from makeup_video.pipeline.render.surfaces.surface import Charts, Edge, Laid
 
@@ -158,19 +155,6 @@ class FaceSurface:
         weight, _ = self._weight(density)
         there = self.grid.warped(weight, origin_xy, out.shape, 0.0)
         cv2.threshold(there, FAINTEST, 0, cv2.THRESH_TOZERO, out)
-
-    def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
-        """Luminance on the grid -> the broad light on the grid, and its mean over the cheeks.
-
-        Also a twin of kernels/face.cl.
-        """
-        skin = self.visible * self.likeness
-        (light,), mean = broad(luminance, (skin,), SIGMA_PX)
-        aside = np.abs(self.across)
-        (left, right), (top, bottom) = CHEEK_ACROSS, CHEEK_DOWN
-        skin *= (aside > left) & (aside < right) & (self.down > top) & (self.down < bottom)
-        total = float(skin.sum())
-        return light, float((luminance * skin).sum()) / total if total >= 1 else mean
 
     def scaled(self, to_new: AffineArray) -> "FaceSurface":
         """The same on a picture of another size; to_new: px of the frame -> px of that picture."""

@@ -6,6 +6,8 @@ import cv2
 import numpy as np
 from makeup_video.kernels.colour import Coding, to_srgb_primaries
 from makeup_video.kernels.face import (
+    CHEEK_ACROSS,
+    CHEEK_DOWN,
     EDGE_PX,
     FACING,
     HIGHEST,
@@ -16,15 +18,14 @@ from makeup_video.kernels.face import (
     ON_EDGE,
     SAMPLED,
     SIDE,
+    SIGMA_PX,
     STEP,
 )
-from makeup_video.kernels.light import LightPlanes
 from makeup_video.pipeline.faces.face import Face
-from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.frames.sampling import warp
 from makeup_video.pipeline.render.grid import Grid
-from makeup_video.pipeline.render.luminance import light_planes, linear_rgb, luminance_of
+from makeup_video.pipeline.render.light_planes import light_planes
+from makeup_video.pipeline.render.luminance_twin import broad, codes_on, linear_rgb, luminance_of
 from makeup_video.pipeline.render.skin_likeness import skin_likeness
 from makeup_video.pipeline.render.surfaces.face import (
     FaceSurface,
@@ -51,7 +52,7 @@ def face_surface_twin(
     np.clip(facing, 0, 1, out=facing)
     visible = _visible(_shown(*drawn(on_grid)), down, facing)
     light = light_planes(frame, coding, [place], grid.corners_px())
-    rgb = linear_rgb(_codes(light, grid), coding)
+    rgb = linear_rgb(codes_on(light, grid), coding)
     luminance = luminance_of(rgb, coding)
     seen = _samples(visible, down, sampled_down(face), grid, frame)
     to_srgb = to_srgb_primaries(coding.primaries).astype(np.float32)
@@ -60,7 +61,18 @@ def face_surface_twin(
     surface = FaceSurface(
         grid, across, down, normals, facing, visible, likeness.reshape(SIDE, SIDE)
     )
-    return surface, *surface.shaded(luminance.reshape(SIDE, SIDE))
+    return surface, *light_on_face(surface, luminance.reshape(SIDE, SIDE))
+
+
+def light_on_face(surface: FaceSurface, luminance: np.ndarray) -> tuple[np.ndarray, float]:
+    """Luminance on the grid -> the broad light on the grid, and its mean over the cheeks."""
+    skin = surface.visible * surface.likeness
+    (light,), mean = broad(luminance, (skin,), SIGMA_PX)
+    aside, down = np.abs(surface.across), surface.down
+    (left, right), (top, bottom) = CHEEK_ACROSS, CHEEK_DOWN
+    skin *= (aside > left) & (aside < right) & (down > top) & (down < bottom)
+    total = float(skin.sum())
+    return light, float((luminance * skin).sum()) / total if total >= 1 else mean
 
 
 @cache
@@ -70,17 +82,6 @@ def _nodes() -> tuple[np.ndarray, np.ndarray]:
     x, y = np.meshgrid(along, along)
     terms = monomials(np.column_stack([x.ravel(), y.ravel()]))
     return along, np.ascontiguousarray(terms.T)
-
-
-def _codes(light: LightPlanes, grid: Grid) -> np.ndarray:
-    """(3, 1600), or (1, 1600) of a grey frame: codes at the nodes, bilinear."""
-    rows = []
-    for plane, (across, x, down, y) in zip(
-        light.planes, (light.to_luma, light.to_chroma, light.to_chroma), strict=True
-    ):
-        to_plane = compose(np.array([[across, 0, x], [0, down, y]]), grid.to_px)
-        rows.append(warp(plane.astype(np.float32), to_plane, grid.size_wh).reshape(-1))
-    return np.stack(rows if light.has_colour else rows[:1])
 
 
 def _shown(inside: np.ndarray, holes: np.ndarray) -> np.ndarray:

@@ -13,7 +13,6 @@ import numpy as np
 from makeup_video.kernels.program import Device
 from makeup_video.kernels.surface import (
     LIPS_HW,
-    LIPS_SIGMA_PX,
     ONTO_LIP,
     OVER_SEAM,
     FaceSurfaces,
@@ -26,7 +25,6 @@ from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.look.kinds.fields import LipsFields
 from makeup_video.pipeline.render.grid import Box, Grid, PointXY, box_of
 from makeup_video.pipeline.render.lay_coats import lay_coats
-from makeup_video.pipeline.render.luminance import broad
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, SeenFace
 from makeup_video.pipeline.render.surfaces.surface import Charts, Edge, Laid
@@ -170,20 +168,6 @@ class LipsSurface:
         least_px = _FEATHER_LEAST_PX / step_px(self.face.lips.to_px)
         feather = max(_FEATHER_PX + _FEATHER_MORE_PX * edge.softness**2, least_px)
         return feather * _ODDS_PER_PX
-
-    def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
-        """Luminance on the grid -> the broad light on the grid, and its mean over the lips.
-
-        Also a twin of kernels/surface.cl.
-
-        Each lip is blurred alone: the upper one is mostly in the shade, and would make a highlight
-        of all the lower one.
-        """
-        odds = cv2.resize(self.odds, luminance.shape[::-1], interpolation=cv2.INTER_AREA)
-        upper = (odds > 0) * self.upper
-        lower = (odds > 0) - upper
-        (above, below), mean = broad(luminance, (upper, lower), LIPS_SIGMA_PX)
-        return below + self.upper * (above - below), mean
 
     def scaled(self, to_new: AffineArray) -> "LipsSurface":
         """The same on a picture of another size."""

@@ -17,6 +17,7 @@ from makeup_video.kernels.surface import (
     FURROW_PER_PX,
     LEAST_SQUARE,
     LIMIT_STEEPNESS,
+    LIPS_SIGMA_PX,
     LOWER_LESS,
     ONTO_LIP,
     OPENED,
@@ -34,6 +35,7 @@ from makeup_video.pipeline.faces.topology import LIPS
 from makeup_video.pipeline.frames.affine import invert
 from makeup_video.pipeline.frames.sampling import step_px
 from makeup_video.pipeline.render.grid import Grid, slopes_along
+from makeup_video.pipeline.render.luminance_twin import broad
 from makeup_video.pipeline.render.surfaces.lips import (
     COARSE,
     LOWER,
@@ -69,6 +71,19 @@ def lips_surface(face: Face) -> LipsSurface | None:
     rim = np.where(opening > 0, ONTO_LIP, OVER_SEAM).astype(np.float32) * opening
     grid = Grid.at(place.to_px, upper.shape)
     return LipsSurface(face, grid, odds, rim, normals, upper)
+
+
+def light_on_lips(surface: LipsSurface, luminance: np.ndarray) -> tuple[np.ndarray, float]:
+    """Luminance on the grid -> the broad light on the grid, and its mean over the lips.
+
+    Each lip is blurred alone: the upper one is mostly in the shade, and would make a highlight
+    of all the lower one.
+    """
+    odds = cv2.resize(surface.odds, luminance.shape[::-1], interpolation=cv2.INTER_AREA)
+    upper = (odds > 0) * surface.upper
+    lower = (odds > 0) - upper
+    (above, below), mean = broad(luminance, (upper, lower), LIPS_SIGMA_PX)
+    return below + surface.upper * (above - below), mean
 
 
 def _curves(xyz: np.ndarray, columns: np.ndarray) -> np.ndarray:

@@ -118,10 +118,6 @@ class Surface(Protocol):
         origin_xy on: what the surface itself allows, times the density (H, W) on the grid."""
         ...
 
-    def shaded(self, luminance: np.ndarray) -> tuple[np.ndarray, float]:
-        """Luminance on the grid -> the broad light on the grid, and its mean over the surface."""
-        ...
-
     def scaled(self, to_new: AffineArray) -> Self:
         """The same on a picture of another size; to_new: px of the frame -> px of that picture."""
         ...

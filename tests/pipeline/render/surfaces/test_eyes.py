@@ -12,7 +12,7 @@ from layers import SLOTS, UPPER_SLOTS, densities, shadow, surface_weight
 from makeup import close_up, inside, true_face, white_light
 from makeup_video.pipeline.faces.topology import BROW, EYE, EYE_CONTOUR, RIGHT_BROW, RIGHT_EYE
 from makeup_video.pipeline.render.surfaces.eyes import EYES
-from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
+from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces, light_on_lid
 from makeup_video.pipeline.render.surfaces.surface import Edge
 from makeup_video.pipeline.render.surfaces.unfolded import STEPS
 
@@ -147,7 +147,7 @@ def test_the_light_of_a_lid_is_measured_on_skin():
         back = cv2.invertAffineTransform(region.grid.to_px)
         size_wh = region.up.shape[::-1]
         luminance = 0.2 + 5 * cv2.warpAffine(eyeball, back, size_wh, flags=cv2.INTER_NEAREST)
-        light, mean = region.shaded(luminance)
+        light, mean = light_on_lid(region, luminance)
         assert light.shape == region.up.shape
         assert mean == pytest.approx(0.2) and np.ptp(light) < 1e-3
 

@@ -13,6 +13,7 @@ from makeup_video.kernels.face import SIDE
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.faces.topology import EYE_CONTOUR, LIPS_OUTER
 from makeup_video.pipeline.render.surfaces.face import face_on_grid
+from makeup_video.pipeline.render.surfaces.face_twin import light_on_face
 from makeup_video.pipeline.render.surfaces.surface import Edge
 from people import frame_of, portrait
 
@@ -158,7 +159,7 @@ def test_a_scaled_surface_lies_on_the_scaled_picture():
 def test_the_mean_light_is_that_of_the_cheeks():
     surface = surface_of(turned())
     light = np.where(np.abs(surface.across) < 0.15, 0.9, 0.2).astype(np.float32)  # a shining nose
-    shading, mean = surface.shaded(light)
+    shading, mean = light_on_face(surface, light)
     assert mean == pytest.approx(0.2, abs=1e-3)
     assert shading.shape == light.shape and shading.min() > 0.19 and shading.max() < 0.91
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import heads
 import numpy as np
 from makeup import close_up, true_face
-from makeup_video.pipeline.render.surfaces.lips_twin import lips_surface
+from makeup_video.pipeline.render.surfaces.lips_twin import light_on_lips, lips_surface
 
 
 def test_light_at_the_seam_follows_the_mouth_without_steps():
@@ -18,7 +18,7 @@ def test_light_at_the_seam_follows_the_mouth_without_steps():
     lights = []
     for eighths in range(9):
         moved = replace(face, points_px=face.points_px + np.float32([0, eighths * step_px, 0]))
-        lights.append(lips_surface(moved).shaded(luminance.astype(np.float32))[0])
+        lights.append(light_on_lips(lips_surface(moved), luminance.astype(np.float32))[0])
     jumps = np.abs(np.diff(lights, axis=0))
     whole = np.abs(lights[-1] - lights[0]).max()
     assert whole > 0.05, "the line has moved by a pixel of the grid"

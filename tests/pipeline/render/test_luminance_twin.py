@@ -8,7 +8,7 @@ from makeup_video.kernels.colour import Coding, decode, to_xyz
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import coding_of
 from makeup_video.pipeline.render.grid import Grid
-from makeup_video.pipeline.render.luminance import broad, linear_luminance, luminances
+from makeup_video.pipeline.render.luminance_twin import broad, linear_luminance, luminances
 from people import frame_of
 
 RAMP = np.repeat(np.linspace(30, 220, 64).astype(np.uint8)[None, :, None], 48, 0).repeat(3, 2)
