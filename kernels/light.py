@@ -42,8 +42,8 @@ class LightPlanes:
 class LightReader:
     """What kernels that read light share: copies of the planes, and the table of light.
 
-    So little is read of a frame that a copy costs less than to lend its planes, and kernels keep
-    their arguments.
+    So little is read of a frame that a copy costs less than buffers over its own planes, and
+    kernels keep their arguments.
     """
 
     def __init__(self, device: Device) -> None:

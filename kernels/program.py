@@ -1,4 +1,4 @@
-"""An OpenCL device, the kernels of the package built for it, and planes lent to it without a copy.
+"""An OpenCL device, the kernels of the package built for it, and memory that they work on.
 
 Only one thread at a time may use a Device: OpenCL keeps a kernel's arguments in the kernel.
 """
@@ -8,8 +8,8 @@ import os
 import re
 import threading
 import weakref
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from importlib import resources
 from typing import Any, ClassVar, TypeVar
 
@@ -293,32 +293,6 @@ class Device:
         with Device.watch(self, size_wh[0] * size_wh[1]):
             cl.enqueue_nd_range_kernel(self.queue, kernel, (width, size_wh[1]), local_wh)
 
-    @contextmanager
-    def lend(self, *planes: np.ndarray) -> Iterator[list[Any]]:
-        """Make buffers over the memory of planes, or of regions of planes, to read and write.
-
-        Pixel (x, y) is element y * (plane.strides[0] // plane.itemsize) + x. When the block ends,
-        the work is done and the planes hold the result. Never lend the same memory twice at a time.
-        """
-        flags = cl.mem_flags.READ_WRITE | cl.mem_flags.USE_HOST_PTR
-        spans = [_span(plane) for plane in planes]
-        buffers = [cl.Buffer(self.context, flags, hostbuf=span) for span in spans]
-        try:
-            yield buffers
-            if not self.shares_memory:
-                self._bring_back(buffers, spans)
-        finally:
-            self.queue.finish()
-            for buffer in buffers:
-                buffer.release()
-
-    def _bring_back(self, buffers: list[Any], spans: list[np.ndarray]) -> None:
-        for buffer, span in zip(buffers, spans, strict=True):
-            mapped, _ = cl.enqueue_map_buffer(
-                self.queue, buffer, cl.map_flags.READ, 0, span.shape, span.dtype
-            )
-            mapped.base.release(self.queue)
-
 
 def _spelled(
     source: str,
@@ -366,20 +340,3 @@ class Memory:
         """Copy the result of the kernels started so far to the array, complete after `finish`."""
         if self._queue:
             cl.enqueue_copy(self._queue, self.array, self.buffer, is_blocking=False)
-
-
-def _span(plane: np.ndarray) -> np.ndarray:
-    """View a plane's memory from its first element to its last, gaps included, as (N,)."""
-    if plane.flags.c_contiguous and plane.flags.writeable and plane.size:
-        return plane.reshape(-1)
-    row = math.prod(plane.shape[1:])
-    inner = [plane.itemsize * math.prod(plane.shape[at:]) for at in range(2, plane.ndim + 1)]
-    step = plane.strides[0] if plane.shape[0] > 1 else row * plane.itemsize
-    whole = list(plane.strides[1:]) == inner and step >= row * plane.itemsize
-    if not (whole and plane.size and plane.flags.writeable and step % plane.itemsize == 0):
-        raise ValueError(
-            "a plane to paint on must be writable and not empty, with whole rows, top down; got "
-            f"shape {plane.shape}, strides {plane.strides}, writable {plane.flags.writeable}"
-        )
-    length = (plane.shape[0] - 1) * (step // plane.itemsize) + row
-    return np.lib.stride_tricks.as_strided(plane, (length,), (plane.itemsize,))

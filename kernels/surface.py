@@ -225,7 +225,6 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
 
 _GIVEN_AT = offsets(GIVEN)
 _HEAD_SIZE = _GIVEN_AT["POINTS_AT"]  # of `given`: three places, two planes, the coding
-_OUT_ARGUMENT = 5
 _NOWHERE = (0.0,) * floats(PLACE)  # a place without a region
 
 
@@ -270,6 +269,7 @@ class SurfaceKernel:
         self._memory = device.memory((floats(GIVEN),), np.float32)
         self._given = self._memory.array
         self._given.fill(0)
+        self._out = device.memory((1,), OUT)
         scratch_bytes = _REGIONS * SCRATCH.itemsize
         self._scratch = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, scratch_bytes)
         self._transfer = -1  # of the arguments that the kernel has
@@ -285,11 +285,9 @@ class SurfaceKernel:
 
         places: of the lips and of both eyes.  points_px: (478, 3).  logits: (80, 112) of lipstick.
         """
-        out = np.empty(floats(OUT), np.float32)
         with self._lock:
             self._fill(places, points_px, logits, light)
-            self._run(light, out)
-        (made,) = out.view(OUT)
+            made = self._run(light)
         return FaceSurfaces(
             made["odds"], made["rim"], made["lips"], made["lids"], made["means"].tolist()
         )
@@ -315,25 +313,28 @@ class SurfaceKernel:
         if places[0]:
             self._given[logits_at:] = logits.ravel()
 
-    def _run(self, light: LightPlanes, out: np.ndarray) -> None:
+    def _run(self, light: LightPlanes) -> np.void:
+        """A record of OUT."""
         self._set_arguments(light)
         self._memory.send()
-        with self._device.lend(out) as (filled,):
-            self._kernel.set_arg(_OUT_ARGUMENT, filled)
-            self._device.launch(self._kernel, (_REGIONS * LOCAL_SIZE[0], 1))
+        self._device.launch(self._kernel, (_REGIONS * LOCAL_SIZE[0], 1))
+        self._out.fetch()
+        self._device.finish()
+        made: np.void
+        (made,) = self._out.array.view(np.float32).copy().view(OUT)  # quicker than a record's copy
+        return made
 
     def _set_arguments(self, light: LightPlanes) -> None:
-        """Copy the planes, and give the kernel its arguments but the last, where these have
-        changed."""
+        """Copy the planes, and give the kernel its arguments, where these have changed."""
         transfer = light.coding.transfer
         if not self._light.copy(light) and transfer == self._transfer:
             return
         self._transfer, sample = transfer, light.planes[0].dtype
         self._kernel = self._device.kernel("surface", transfer, sample, DEFINITIONS)
-        table = self._light.table(transfer)
-        given = self._memory.buffer, self._rings, self._light.planes, table, self._scratch
-        for number, argument in enumerate(given):
-            self._kernel.set_arg(number, argument)
+        self._kernel.set_args(
+            self._memory.buffer, self._rings, self._light.planes, self._light.table(transfer),
+            self._scratch, self._out.buffer,
+        )  # fmt: skip
 
 
 def _place(place: GridPlace, light: LightPlanes) -> Sequence[float]:

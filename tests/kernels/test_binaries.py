@@ -4,6 +4,7 @@ import hashlib
 
 import numpy as np
 import pytest
+from kernel_arguments import on_device
 from makeup_video.kernels import binaries, program
 from makeup_video.kernels.program import Device
 
@@ -47,7 +48,7 @@ def adds_three():
     new_process()
     device = Device()
     plane = np.arange(32, dtype=np.uint8).reshape(1, 32)
-    with device.lend(plane) as buffers:
+    with on_device(device, plane) as buffers:
         device.launch(device.kernel("add", 13, BYTES), (32, 1), buffers)
     return (plane == np.arange(3, 35)).all()
 

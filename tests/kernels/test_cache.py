@@ -154,10 +154,11 @@ def test_only_leftovers_of_pocl_are_removed(tmp_path):
 def test_a_process_that_paints_leaves_only_kernels_behind(tmp_path):
     code = (
         "import numpy as np; from makeup_video.kernels.program import Device\n"
-        "device = Device(); plane = np.zeros((1, 16), np.uint8)\n"
+        "device = Device(); plane = device.memory((1, 16), np.uint8)\n"
         "program = device.build('__kernel void one(__global uchar *p) { p[0] = 1; }', 13)\n"
-        "with device.lend(plane) as buffers: device.launch(program.one, (16, 1), buffers)\n"
-        "assert plane[0, 0] == 1"
+        "plane.array[:] = 0; plane.send()\n"
+        "device.launch(program.one, (16, 1), [plane.buffer]); plane.fetch(); device.finish()\n"
+        "assert plane.array[0, 0] == 1"
     )
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "new")}
     subprocess.run([sys.executable, "-c", code], check=True, env=environment)

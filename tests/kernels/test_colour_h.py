@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pyopencl as cl
 import pytest
-from makeup import stride_of
+from kernel_arguments import on_device
 from makeup_video.kernels.colour import (
     DEFINITIONS,
     HLG,
@@ -86,7 +86,7 @@ def all_codes(coding, count=4000):
 
 
 def run(device, kernel, codes, linear, coding):
-    with device.lend(codes, linear) as buffers:
+    with on_device(device, codes, linear) as buffers:
         count = len(codes)
         arguments = [*buffers, coding_argument(coding), np.int32(count)]
         device.launch(kernel, (count, 1), arguments)
@@ -122,13 +122,13 @@ def test_any_light_gives_finite_codes_in_order(device, kernel, transfer):
     assert (np.diff(got[:, 0]) > -0.01).all()  # rounding of float32
 
 
-def dim(device, kernel, planes, coding, gain):
-    """Run test_dim over three planes."""
-    height, width = planes[0].shape
+def dim(device, kernel, planes, coding, gain, hw=None):
+    """Run test_dim over the first rows and columns of three planes, by default all."""
+    height, width = hw or planes[0].shape
     name = "test_dim_8" if planes[0].dtype == np.uint8 else "test_dim_16"
-    with device.lend(*planes) as buffers:
+    with on_device(device, *planes) as buffers:
         arguments = [
-            *buffers, stride_of(planes[0]), np.int32(width), coding_argument(coding),
+            *buffers, np.int32(planes[0].shape[1]), np.int32(width), coding_argument(coding),
             np.float32(gain),
         ]  # fmt: skip
         device.launch(kernel(name, coding.transfer), (width, height), arguments)
@@ -141,7 +141,6 @@ def test_every_code_returns_to_itself_in_every_coding(device, kernel):
         codes = codes[: coding.max_code + 1] if coding.transfer == PQ else codes
         dtype = np.uint8 if coding.bit_depth == 8 else np.uint16
         planes = [codes[None, :, plane].astype(dtype) for plane in range(3)]
-        planes = [np.ascontiguousarray(plane) for plane in planes]
         dim(device, kernel, planes, coding, 1)
         np.testing.assert_array_equal(np.stack(planes, axis=-1)[0], codes, err_msg=str(coding))
 
@@ -157,7 +156,7 @@ def test_matches_numpy_within_one_code_value(device, kernel, size):
             for _ in range(3)
         ]
         before = np.stack(padded, axis=-1).astype(int)
-        dim(device, kernel, [plane[:height, :width] for plane in padded], coding, 0.5)
+        dim(device, kernel, padded, coding, 0.5, (height, width))
         after = np.stack(padded, axis=-1).astype(int)
         want = before.copy()
         light = decode(before[:height, :width], coding) * np.float32(0.5)

@@ -3,6 +3,7 @@
 import numpy as np
 import pyopencl as cl
 import pytest
+from kernel_arguments import on_device
 from makeup_video.kernels import material, paint, surface
 from makeup_video.kernels.definitions import Definitions, floats, offsets
 from makeup_video.kernels.program import Device
@@ -23,7 +24,7 @@ def test_constants_keep_every_bit_of_float32():
     """
     device, out = Device(), np.zeros(len(values), np.float32)
     kernel = cl.Kernel(device.build(source, 13, definitions=definitions), "read")
-    with device.lend(out) as buffers:
+    with on_device(device, out) as buffers:
         device.launch(kernel, (1, 1), buffers)
     np.testing.assert_array_equal(out, np.array(values, np.float32))
 
@@ -56,7 +57,7 @@ def test_c_puts_every_member_where_numpy_does(definitions, name):
     """
     device, out = Device(), np.zeros(len(lines) + 1, np.int32)
     kernel = cl.Kernel(device.build(source, 13, definitions=definitions), "measure")
-    with device.lend(out) as buffers:
+    with on_device(device, out) as buffers:
         device.launch(kernel, (1, 1), buffers)
     assert out.tolist() == [*(offset for _, offset in members(layout)), layout.itemsize]
 
@@ -83,7 +84,7 @@ def test_another_constant_is_another_program():
     for value in (1.5, 2.5, 1.5):
         out = np.zeros(1, np.float32)
         program = device.build(source, 13, definitions=Definitions({"VALUE": value}))
-        with device.lend(out) as buffers:
+        with on_device(device, out) as buffers:
             device.launch(cl.Kernel(program, "read"), (1, 1), buffers)
         got.append(out.item())
     assert got == [1.5, 2.5, 1.5]

@@ -1,4 +1,4 @@
-"""Devices are found or reported as missing; kernels use planes where they lie in memory."""
+"""Devices are found or reported as missing; programs are built once; kernels work on memory."""
 
 import os
 import signal
@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pyopencl as cl
 import pytest
-from makeup import stride_of
+from kernel_arguments import on_device
 from makeup_video.kernels import program
 from makeup_video.kernels.program import (
     Device,
@@ -36,13 +36,6 @@ BYTES = np.dtype(np.uint8)
 def device(monkeypatch):
     monkeypatch.setattr(program, "source_of", {"test_add.cl": SOURCE}.__getitem__)
     return Device()
-
-
-def add(device, plane):
-    width, height = plane.shape[1] * (2 if plane.ndim == 3 else 1), plane.shape[0]
-    with device.lend(plane) as buffers:
-        kernel = device.kernel("test_add", 13, BYTES)
-        device.launch(kernel, (width, height), [*buffers, stride_of(plane), np.int32(width)])
 
 
 @pytest.mark.parametrize(("kind", "name"), [("kernel", "test_add"), ("program", "test_add.cl")])
@@ -72,50 +65,15 @@ def test_device_memory_shows_what_kernels_wrote(device, shares):
 
 
 @pytest.mark.parametrize("size", [(1, 1), (7, 5), (33, 17), (64, 3), (200, 2)])
-def test_a_lent_region_changes_in_place_and_nothing_around_it(device, size):
+def test_a_launch_reaches_every_work_item_and_no_more(device, size):
     width, height = size
     whole = np.arange((height + 4) * (width + 9)).astype(np.uint8).reshape(height + 4, width + 9)
     want = whole.copy()
-    want[2 : 2 + height, 3 : 3 + width] += 1
-    add(device, whole[2 : 2 + height, 3 : 3 + width])
+    want[:height, :width] += 1
+    with on_device(device, whole) as buffers:
+        kernel = device.kernel("test_add", 13, BYTES)
+        device.launch(kernel, size, [*buffers, np.int32(width + 9), np.int32(width)])
     np.testing.assert_array_equal(whole, want)
-
-
-def test_interleaved_chroma_is_lent_as_it_lies(device):
-    whole = np.zeros((6, 10, 2), np.uint8)
-    add(device, whole[1:5, 2:7])
-    assert whole[1:5, 2:7].all() and whole.sum() == 4 * 5 * 2
-
-
-def test_a_device_with_its_own_memory_writes_the_planes_back(device):
-    device.shares_memory = False
-    plane = np.zeros((5, 7), np.uint8)
-    add(device, plane)
-    assert (plane == 1).all()
-
-
-def test_an_error_while_planes_are_lent_gives_them_back(device):
-    plane = np.zeros((5, 7), np.uint8)
-    with pytest.raises(KeyError), device.lend(plane):
-        raise KeyError("mistake")
-    add(device, plane)
-    assert (plane == 1).all()
-
-
-@pytest.mark.parametrize(
-    "plane",
-    [
-        np.zeros((0, 4), np.uint8),
-        np.zeros((4, 8), np.uint8)[:, ::2],
-        np.zeros((4, 8), np.uint8)[::-1],
-        np.zeros((4, 8), np.uint8).T,
-        np.frombuffer(bytes(32), np.uint8).reshape(4, 8),
-    ],
-    ids=["empty", "gaps in rows", "bottom up", "turned", "read-only"],
-)
-def test_planes_that_cannot_be_lent_are_refused(device, plane):
-    with pytest.raises(ValueError, match="writable and not empty"), device.lend(plane):
-        pass
 
 
 def test_sources_hold_their_includes_and_keep_other_text():
@@ -130,7 +88,7 @@ def test_a_program_has_the_sample_type_of_its_planes():
     source = "__kernel void size(__global int *out) { *out = sizeof(SAMPLE); }"
     for dtype in (np.uint8, np.uint16):
         out = np.zeros(1, np.int32)
-        with device.lend(out) as buffers:
+        with on_device(device, out) as buffers:
             kernel = cl.Kernel(device.build(source, 13, np.dtype(dtype)), "size")
             device.launch(kernel, (1, 1), buffers)
         assert out[0] == np.dtype(dtype).itemsize

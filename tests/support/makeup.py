@@ -43,11 +43,6 @@ def canvas() -> Canvas:
     return Canvas(device())
 
 
-def stride_of(plane: np.ndarray) -> np.int32:
-    """Elements from one row of a plane to the next, as a kernel argument."""
-    return np.int32(plane.strides[0] // plane.itemsize)
-
-
 def white_light() -> SceneLight:
     """Neutral light of full strength from the front and above, in a grey room."""
     environment = np.full((ENVIRONMENT_PX, ENVIRONMENT_PX, 3), 0.2, np.float32)
