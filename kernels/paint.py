@@ -329,7 +329,7 @@ class Canvas:
 
     def _kernel(self, name: str, coding: Coding, definitions: Definitions = DEFINITIONS) -> Any:
         block, sample = self._kind
-        program = self.device.program("paint.cl", coding.transfer, sample, block, definitions)
+        program = self.device.program("paint.cl", coding.transfer, sample, definitions, block)
         return make_kernel(program, name)
 
     def _paint_kernel(self, depth: int, has_layers: int, coding: Coding) -> Any:

@@ -16,108 +16,17 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 import pyopencl as cl
 from makeup_video.kernels.binaries import binary_file, load_binary, save_binary
-from makeup_video.kernels.cache import can_compile, left_clean, restore, settle
+from makeup_video.kernels.cache import can_compile, restore
 from makeup_video.kernels.definitions import Definitions
+from makeup_video.kernels.devices import POCL, NoDeviceError, pick
 
 # PoCL compiles a kernel again for every local size, so all launches of a kernel use one.
 LOCAL_SIZE = (16, 1)
 _SAMPLES = {np.dtype(np.uint8): "uchar", np.dtype(np.uint16): "ushort"}
 _PAGE = 4096  # bytes
-_POCL = "Portable Computing Language"
-# The device that works in the caller's thread comes first: handing so little work to other threads
-# costs more CPU time than the work itself, and the other core is busy. A user's own choice stays.
-_POCL_DEVICES = "basic pthread"
-# When one of these is set, OpenCL's loader looks for drivers there and nowhere else.
-_LOADER = ("OCL_ICD_VENDORS", "OCL_ICD_FILENAMES", "OPENCL_VENDOR_PATH")
 _INCLUDE = re.compile(r'^#include "(\w+\.h)"$', re.MULTILINE)
 _NO_DEFINITIONS = Definitions()
 _Made = TypeVar("_Made")
-
-
-class NoDeviceError(RuntimeError):
-    """This machine has no OpenCL device."""
-
-
-class UnknownDeviceError(ValueError):
-    """No OpenCL device has that name or number."""
-
-
-def devices() -> list[Any]:
-    """List every OpenCL device, PoCL's first. Raises NoDeviceError, NoRoomError."""
-    folder = settle()
-    given = os.environ.get("POCL_DEVICES")
-    if given is None:
-        os.environ["POCL_DEVICES"] = _POCL_DEVICES
-    with left_clean(folder):
-        found = _found()
-        if given is None and not any(device.platform.name == _POCL for device in found):
-            del os.environ["POCL_DEVICES"]  # this PoCL has other names for its devices
-            found = _found()
-        if not found:
-            raise NoDeviceError(_why_none(given))
-    return found
-
-
-def _why_none(pocl_devices: str | None) -> str:
-    """Say what the user can do: unset a variable that hides the devices, else install a driver."""
-    if pocl_devices is not None:
-        del os.environ["POCL_DEVICES"]
-        known = _found()
-        os.environ["POCL_DEVICES"] = pocl_devices
-        if known:
-            return (
-                f"POCL_DEVICES={pocl_devices!r} names a device that PoCL does not know: unset it, "
-                f"or name devices that PoCL knows, such as {_POCL_DEVICES!r}"
-            )
-    set_by_user = [f"{name}={os.environ[name]!r}" for name in _LOADER if os.environ.get(name)]
-    if set_by_user:
-        return (
-            "painting needs an OpenCL device, found none where the environment says to look "
-            f"({', '.join(set_by_user)}): unset these variables"
-        )
-    return (
-        "painting needs an OpenCL device, found none: pip install pocl-binary-distribution "
-        "(Linux x86-64), or install your system's PoCL or the OpenCL driver of your GPU"
-    )
-
-
-def _found() -> list[Any]:
-    try:
-        platforms = cl.get_platforms()
-    except cl.LogicError:  # the loader finds no platform
-        return []
-    platforms = sorted(platforms, key=lambda platform: platform.name != _POCL)
-    return [device for platform in platforms for device in _of(platform)]
-
-
-def _of(platform: Any) -> list[Any]:
-    try:
-        return list(platform.get_devices())
-    except cl.RuntimeError:  # a platform without devices
-        return []
-
-
-def pick(choice: str = "") -> Any:
-    """Pick a device by its number, counted from 0, or by a part of its name; "" picks the first.
-
-    Raises NoDeviceError, NoRoomError, UnknownDeviceError.
-    """
-    found = devices()
-    if choice.isdecimal():
-        matching = found[int(choice) : int(choice) + 1]
-    else:
-        matching = [
-            device
-            for device in found
-            if choice.lower() in f"{device.platform.name} {device.name}".lower()
-        ]
-    if not matching:
-        known = ", ".join(f"{number} {device.name.strip()}" for number, device in enumerate(found))
-        raise UnknownDeviceError(
-            f"an OpenCL device is given by its number or a part of its name, got {choice!r}; "
-            f"there is: {known}"
-        )
-    return matching[0]
 
 
 def source_of(name: str) -> str:
@@ -162,7 +71,7 @@ class Device:
     def __init__(self, choice: str = "") -> None:
         """choice: as for pick. Raises NoDeviceError, NoRoomError, UnknownDeviceError."""
         device = pick(choice)
-        if device.platform.name == _POCL and not can_compile():
+        if device.platform.name == POCL and not can_compile():
             raise NoDeviceError(
                 "PoCL compiles the kernels that paint with the system's linker, and there is no ld "
                 "on the PATH: install it (Debian, Ubuntu: apt install gcc)"
@@ -185,13 +94,7 @@ class Device:
         made: _Made = self._made[make]
         return made
 
-    def kernel(
-        self,
-        name: str,
-        transfer: int,
-        sample: np.dtype,
-        definitions: Definitions = _NO_DEFINITIONS,
-    ) -> Any:
+    def kernel(self, name: str, transfer: int, sample: np.dtype, definitions: Definitions) -> Any:
         """Return the kernel `name` of `name`.cl, for one transfer function and sample dtype.
 
         transfer: ITU-T H.273, 13, 16 or 18.  sample: uint8 or uint16.  definitions: those of the
@@ -199,7 +102,7 @@ class Device:
         """
         key = name, transfer, sample
         if key not in self._kernels:
-            program = self.program(f"{name}.cl", transfer, sample, definitions=definitions)
+            program = self.program(f"{name}.cl", transfer, sample, definitions)
             self._kernels[key] = make_kernel(program, name)
         return self._kernels[key]
 
@@ -208,13 +111,14 @@ class Device:
         file: str,
         transfer: int,
         sample: np.dtype,
+        definitions: Definitions,
         block: tuple[int, int] = (1, 1),
-        definitions: Definitions = _NO_DEFINITIONS,
     ) -> Any:
         """Return the program of a file of this package.
 
-        transfer, sample: as for `kernel`.  block: luma pixels of a chroma sample, across and down.
+        transfer, sample: as for `kernel`.
         definitions: those of the file, or of a variant of it; the same object at every call.
+        block: luma pixels of a chroma sample, across and down.
         """
         key = file, transfer, sample, block, definitions
         if key not in self._programs:
@@ -241,7 +145,7 @@ class Device:
     def _kept(self, source: str, options: list[str]) -> Any:
         """The program as an earlier process has left it, or a new one, left for later ones."""
         (device,) = self.context.devices
-        if device.platform.name != _POCL:
+        if device.platform.name != POCL:
             return self._compiled(source, options)
         file = binary_file(device, source, options)
         program = load_binary(self.context, file)

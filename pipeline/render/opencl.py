@@ -17,13 +17,22 @@ def open_device(choice: str = "") -> "Device":
     Raises InstallError when there is none at all, UsageError when there is none of that name,
     OutputError when no folder has room for compiled kernels.
     """
+    with _errors_of_the_product():
+        from makeup_video.kernels.program import Device
+
+        Device.on_compile = _say_compiling
+        return Device(choice)
+
+
+@contextmanager
+def _errors_of_the_product() -> Generator[None, None, None]:
+    """Raise what goes wrong with devices in the block as errors of this product."""
     # PyOpenCL takes a quarter of a second to load: runs that only copy or inspect do without
     from makeup_video.kernels.cache import NoRoomError
-    from makeup_video.kernels.program import Device, NoDeviceError, UnknownDeviceError
+    from makeup_video.kernels.devices import NoDeviceError, UnknownDeviceError
 
-    Device.on_compile = _say_compiling
     try:
-        return Device(choice)
+        yield
     except NoDeviceError as error:
         raise InstallError(str(error)) from error
     except UnknownDeviceError as error:
@@ -79,12 +88,7 @@ def opencl_devices() -> list[str]:
 
     Raises as open_device does.
     """
-    from makeup_video.kernels.cache import NoRoomError
-    from makeup_video.kernels.program import NoDeviceError, devices
+    with _errors_of_the_product():
+        from makeup_video.kernels.devices import devices
 
-    try:
         return [f"{one.name.strip()} ({one.platform.name}, {one.version})" for one in devices()]
-    except NoDeviceError as error:
-        raise InstallError(str(error)) from error
-    except NoRoomError as error:
-        raise OutputError(str(error)) from error

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from kernel_arguments import on_device
 from makeup_video.kernels import binaries, program
+from makeup_video.kernels.definitions import Definitions
 from makeup_video.kernels.program import Device
 
 BYTES = np.dtype(np.uint8)
+NOTHING = Definitions()
 SOURCE = """
 __kernel void add(__global uchar *plane) { plane[get_global_id(0)] += 3; }
 """
@@ -49,7 +51,7 @@ def adds_three():
     device = Device()
     plane = np.arange(32, dtype=np.uint8).reshape(1, 32)
     with on_device(device, plane) as buffers:
-        device.launch(device.kernel("add", 13, BYTES), (32, 1), buffers)
+        device.launch(device.kernel("add", 13, BYTES, NOTHING), (32, 1), buffers)
     return (plane == np.arange(3, 35)).all()
 
 
@@ -67,7 +69,7 @@ def test_a_process_saves_one_of_its_programs(folder, compiled):
     for saved in (0, 1, 2, 3, 3):
         new_process()
         for device, transfer in zip((Device(), Device(), Device()), (13, 16, 18), strict=True):
-            device.program("add.cl", transfer, BYTES)
+            device.program("add.cl", transfer, BYTES, NOTHING)
         assert sum(file.stat().st_size > 0 for file in kept(folder)) == saved
     assert len(compiled) == 3 + 3 + 2 + 1
 
@@ -79,13 +81,13 @@ def test_what_is_new_in_a_run_that_saves_is_known_later(folder, monkeypatch):
         new_process()
         said.clear()
         for transfer in transfers:
-            Device().program("add.cl", transfer, BYTES)
+            Device().program("add.cl", transfer, BYTES, NOTHING)
         assert len(said) == new
 
 
 def test_another_source_or_option_is_built_anew(folder, compiled, monkeypatch):
     assert adds_three() and adds_three()
-    Device().program("add.cl", 16, BYTES)
+    Device().program("add.cl", 16, BYTES, NOTHING)
     monkeypatch.setattr(program, "source_of", lambda name: SOURCE + " ")
     assert adds_three()
     assert len(compiled) == 4 and len(kept(folder)) == 3
@@ -137,8 +139,8 @@ def test_without_a_linker_pocl_need_not_compile_more(folder, compiled, monkeypat
 
 
 def test_other_devices_keep_their_own_programs(folder, compiled, monkeypatch):
-    monkeypatch.setattr(program, "_POCL", "another platform")
-    Device().program("add.cl", 13, BYTES)
+    monkeypatch.setattr(program, "POCL", "another platform")
+    Device().program("add.cl", 13, BYTES, NOTHING)
     assert len(compiled) == 1 and kept(folder) == []
 
 

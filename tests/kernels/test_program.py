@@ -1,9 +1,7 @@
-"""Devices are found or reported as missing; programs are built once; kernels work on memory."""
+"""Programs are built once; kernels work on memory."""
 
 import os
 import signal
-import subprocess
-import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -12,13 +10,9 @@ import pyopencl as cl
 import pytest
 from kernel_arguments import on_device
 from makeup_video.kernels import program
-from makeup_video.kernels.program import (
-    Device,
-    NoDeviceError,
-    UnknownDeviceError,
-    make_kernel,
-    pick,
-)
+from makeup_video.kernels.definitions import Definitions
+from makeup_video.kernels.devices import NoDeviceError
+from makeup_video.kernels.program import Device, make_kernel
 
 SOURCE = """
 __kernel void test_add(__global uchar *restrict plane, const int stride, const int width) {
@@ -28,8 +22,8 @@ __kernel void test_add(__global uchar *restrict plane, const int stride, const i
 }
 """
 
-
 BYTES = np.dtype(np.uint8)
+NOTHING = Definitions()
 
 
 @pytest.fixture
@@ -41,11 +35,11 @@ def device(monkeypatch):
 @pytest.mark.parametrize(("kind", "name"), [("kernel", "test_add"), ("program", "test_add.cl")])
 def test_kernels_and_programs_are_built_once(device, kind, name):
     get = getattr(device, kind)
-    first = get(name, 13, BYTES)
-    assert get(name, 13, np.dtype(np.uint8)) is first
-    assert get(name, 16, BYTES) is not first
-    assert get(name, 13, np.dtype(np.uint16)) is not first
-    assert kind == "kernel" or get(name, 13, BYTES, (2, 1)) is not first
+    first = get(name, 13, BYTES, NOTHING)
+    assert get(name, 13, np.dtype(np.uint8), NOTHING) is first
+    assert get(name, 16, BYTES, NOTHING) is not first
+    assert get(name, 13, np.dtype(np.uint16), NOTHING) is not first
+    assert kind == "kernel" or get(name, 13, BYTES, NOTHING, (2, 1)) is not first
 
 
 @pytest.mark.parametrize("shares", [True, False])
@@ -53,7 +47,7 @@ def test_device_memory_shows_what_kernels_wrote(device, shares):
     device.shares_memory = shares
     memory = device.memory((3, 7), np.uint8)
     assert memory.array.shape == (3, 7) and memory.array.ctypes.data % 4096 == 0
-    kernel = device.kernel("test_add", 13, BYTES)
+    kernel = device.kernel("test_add", 13, BYTES, NOTHING)
     kernel.set_args(memory.buffer, np.int32(0), np.int32(21))
     for value in (5, 8):
         memory.array[:] = value
@@ -71,7 +65,7 @@ def test_a_launch_reaches_every_work_item_and_no_more(device, size):
     want = whole.copy()
     want[:height, :width] += 1
     with on_device(device, whole) as buffers:
-        kernel = device.kernel("test_add", 13, BYTES)
+        kernel = device.kernel("test_add", 13, BYTES, NOTHING)
         device.launch(kernel, size, [*buffers, np.int32(width + 9), np.int32(width)])
     np.testing.assert_array_equal(whole, want)
 
@@ -92,92 +86,6 @@ def test_a_program_has_the_sample_type_of_its_planes():
             kernel = cl.Kernel(device.build(source, 13, np.dtype(dtype)), "size")
             device.launch(kernel, (1, 1), buffers)
         assert out[0] == np.dtype(dtype).itemsize
-
-
-def test_devices_are_picked_by_number_and_by_name():
-    first = pick()
-    assert pick("0") == first
-    assert pick(first.name[:6].upper()) == first
-    for wrong in ("99", "no such device"):
-        with pytest.raises(UnknownDeviceError, match=r"there is: 0 ") as caught:
-            pick(wrong)
-        assert "\n" not in str(caught.value)
-
-
-def test_pocl_comes_first_among_platforms(monkeypatch):
-    class Platform:
-        def __init__(self, name, names):
-            self.name, self.names = name, names
-
-        def get_devices(self):
-            if not self.names:
-                raise cl.RuntimeError("clGetDeviceIDs failed: DEVICE_NOT_FOUND")
-            return self.names
-
-    platforms = [Platform("Card", ["gpu"]), Platform("Empty", []),
-                 Platform("Portable Computing Language", ["cpu"])]  # fmt: skip
-    monkeypatch.setattr(cl, "get_platforms", lambda: platforms)
-    monkeypatch.setenv("POCL_DEVICES", "any")
-    assert program.devices() == ["cpu", "gpu"]
-
-
-def test_the_device_without_threads_comes_first_by_default(monkeypatch):
-    code = "from makeup_video.kernels.program import devices; print(*[d.name for d in devices()])"
-    names = []
-    for chosen in (None, "pthread"):
-        environment = {name: value for name, value in os.environ.items() if name != "POCL_DEVICES"}
-        environment |= {"POCL_DEVICES": chosen} if chosen else {}
-        names.append(
-            subprocess.check_output([sys.executable, "-c", code], text=True, env=environment)
-        )
-    assert names[0].startswith("basic") and "pthread" in names[0]
-    assert names[1].startswith("pthread") and "basic" not in names[1]
-
-
-def test_pocl_is_asked_again_without_names_it_does_not_know(monkeypatch):
-    monkeypatch.delenv("POCL_DEVICES", raising=False)
-    found = program._found()
-    monkeypatch.setattr(program, "_found", lambda: [] if "POCL_DEVICES" in os.environ else found)
-    assert program.devices() == found
-    assert "POCL_DEVICES" not in os.environ
-
-
-def no_platform():
-    raise cl.LogicError("clGetPlatformIDs failed: PLATFORM_NOT_FOUND_KHR")
-
-
-@pytest.mark.parametrize("platforms", [no_platform, list])
-def test_without_any_device_one_line_says_what_to_install(monkeypatch, platforms):
-    monkeypatch.setattr(cl, "get_platforms", platforms)
-    with pytest.raises(NoDeviceError, match="pip install pocl-binary-distribution") as caught:
-        Device()
-    assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("variable", "value", "message"),
-    [
-        (
-            "POCL_DEVICES",
-            "junk",
-            "POCL_DEVICES='junk' names a device that PoCL does not know: unset",
-        ),
-        ("POCL_DEVICES", "", "POCL_DEVICES='' names a device"),
-        ("OCL_ICD_VENDORS", "{file}", "found none where the environment says to look (OCL_ICD_VEN"),
-    ],
-)
-def test_a_variable_that_hides_every_device_is_named(tmp_path, variable, value, message):
-    (tmp_path / "empty.icd").touch()
-    code = "from makeup_video.kernels.program import devices; devices()"
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, variable: value.format(file=tmp_path / "empty.icd")},
-        check=False,
-        capture_output=True,
-        text=True,
-    )
-    last = done.stderr.splitlines()[-1]
-    assert "NoDeviceError: " in last and message in last and "pip install" not in last
 
 
 def test_without_a_linker_an_error_comes_before_pocl_aborts(monkeypatch, tmp_path):

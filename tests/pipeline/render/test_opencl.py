@@ -4,7 +4,7 @@ from unittest.mock import Mock
 
 import pyopencl as cl
 import pytest
-from makeup_video.kernels import cache, program
+from makeup_video.kernels import cache, devices
 from makeup_video.kernels.cache import NoRoomError
 from makeup_video.pipeline import InstallError, OutputError, UsageError
 from makeup_video.pipeline.render.opencl import lost_kernels, open_device
@@ -29,7 +29,7 @@ def test_no_room_for_kernels_is_an_output_error(monkeypatch):
     def no_room():
         raise NoRoomError("the kernels need a folder with room")
 
-    monkeypatch.setattr(program, "settle", no_room)
+    monkeypatch.setattr(devices, "settle", no_room)
     with pytest.raises(OutputError, match="need a folder with room"):
         open_device()
 
