@@ -1,8 +1,8 @@
 /* Makes the surface of a face from its points and the frame around it: where each node of a grid
  * lies on the mean face, how it is turned, how far it is seen, how much it looks like skin, and the
  * broad light on it. Host side, with all constants and the layout of each buffer: face.py. Numpy
- * twins, which explain each step: pipeline/render/surfaces/face_twin.py, face_fit.py and
- * pipeline/render/skin_likeness.py.
+ * twins, which explain each step: pipeline/render/surfaces/face_twin.py, face_fit_twin.py and
+ * pipeline/render/skin_likeness_twin.py.
  *
  * One work-group makes all of it, step by step; a work-item computes eight nodes at once.
  *

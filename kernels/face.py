@@ -18,8 +18,8 @@ from makeup_video.kernels.light import (
 from makeup_video.kernels.program import LOCAL_SIZE, Device
 from makeup_video.kernels.surface import FAINT, GridPlace
 
-# The grid is a square of 1.6 IOD (the distance of the outer eye corners) around the points of
-# `face_fit`: from ear to ear, and from above the brows to the upper half of the chin.
+# The grid is a square of 1.6 IOD (the distance of the outer eye corners) around
+# `fit_points`: from ear to ear, and from above the brows to the upper half of the chin.
 SIDE = 40
 STEP = 1.6 / (SIDE - 1)  # IOD
 # Sigma of the broad light in px of the grid: that of the lids, whose eye is 0.31 IOD wide.

@@ -1,6 +1,6 @@
 /* Learns the skin of a face from samples of it, and tells how much each node of its grid looks like
  * it: part of face.cl. face.py defines the constants and where each part of a buffer begins
- * (..._AT). Numpy twin, which explains each step: pipeline/render/skin_likeness.py. */
+ * (..._AT). Numpy twin, which explains each step: pipeline/render/skin_likeness_twin.py. */
 
 #ifndef FACE_SKIN_H
 #define FACE_SKIN_H

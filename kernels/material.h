@@ -1,6 +1,6 @@
 /* Makeup on a surface, in linear light: recolouring, gloss, reflection, shimmer.
- * Numpy twin: material.py, which also defines the struct `material`, with the meaning of every
- * number, and the constants MATERIAL_*. */
+ * Numpy twin: material_twin.py. Host side: material.py, which defines the struct `material`, with
+ * the meaning of every number, and the constants MATERIAL_*. */
 
 #ifndef MATERIAL_H
 #define MATERIAL_H
@@ -123,7 +123,7 @@ MATERIAL_INLINE float material_lay(
 }
 
 /* How a film changes one channel of the light under it. The film deepens before it covers: see
- * made_up in material.py. */
+ * made_up in material_twin.py. */
 MATERIAL_INLINE float material_film(float bare, float laid, float opaque) {
     float seen = colour_positive(bare);
     float root = colour_sqrt(seen);

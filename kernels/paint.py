@@ -1,14 +1,13 @@
 """Host side of paint.cl. Its numpy twin is paint_twin.py."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from makeup_video.kernels import colour, material
 from makeup_video.kernels.colour import Coding, coding_argument
 from makeup_video.kernels.definitions import Definitions, offsets
-from makeup_video.kernels.material import ENVIRONMENT_PX, MATERIAL, Environment, Material
+from makeup_video.kernels.material import ENVIRONMENT_PX, MATERIAL
 from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device, make_kernel
 from makeup_video.kernels.runs import RUN, WeightRuns
@@ -26,13 +25,18 @@ INSIDE = 1.001  # px before the end of a grid: the last place with a neighbour o
 
 # The structs of paint.cl. What a product is on a region, and how the region lies:
 PRODUCT = np.dtype([
-    ("to_patch", np.float32, 6),  # px of the rectangle -> coordinates that stick to the skin
-    ("to_grid", np.float32, 6),  # px of the rectangle -> px of the grid
+    # (2, 3) by rows, px of the rectangle -> coordinates that stick to the skin, which lie at -4096
+    # cells or more and below 2^23
+    ("to_patch", np.float32, 6),
+    ("to_grid", np.float32, 6),  # the same to px of the grid, whose border is repeated
     ("room_step", np.float32),  # of the words of the environment
     ("material", MATERIAL),
     ("layer_count", np.int32),
-    ("layers", np.float32, (LAYERS, _ROW)),  # numbers of Layers; 0 beyond the last one
-    ("mean_root", np.float32, 3),  # of Layers, times FAINT
+    # Of each layer its root of the product's light times its opacity, three channels; its opacity;
+    # its glint, three channels; its shine, a factor of the material's sparkle, own_highlights and
+    # reflection. 0 beyond the last one. They take the place of what the material says.
+    ("layers", np.float32, (LAYERS, _ROW)),
+    ("mean_root", np.float32, 3),  # mean by share over the grid, for an opacity of 1, times FAINT
 ])  # fmt: skip
 PAINT_REGION = np.dtype([
     ("first_row", np.int32),  # of the region's rectangle on the canvas
@@ -63,24 +67,7 @@ DEFINITIONS = (
 _LAYERED = DEFINITIONS + Definitions({"PAINT_LAYERED": 1})
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Layers:
-    """Products that lie over each other on a region, composed at each pixel.
-
-    shares: (N, H, W) float32 on the region's grid, N at most LAYERS: how much of each shows, 0..1.
-    numbers: of each its root of the product's light times its opacity, three channels; its opacity;
-    its glint, three channels; its shine, a factor of the material's sparkle, own_highlights and
-    reflection.
-    mean_root: the first three, summed by share over the grid, for an opacity of 1.
-    """
-
-    shares: np.ndarray
-    numbers: Sequence[Sequence[float]]
-    mean_root: Sequence[float]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PaintedRegion:
+class MadeRegion(NamedTuple):
     """A region of a frame, and the product on it.
 
     rect: the region's pixels.
@@ -90,48 +77,10 @@ class PaintedRegion:
     normals: (2 or 3, H, W) float32 on the same grid, x and y of the unit normal (x right, y down,
     in the patch; z is towards the viewer), and how exposed it is: the share of the synthetic
     highlight and the reflection that is seen. With two, all of them is seen.
-    to_grid: (2, 3) by rows, from px of the rectangle to px of the grid, whose border is repeated.
     mean: luminance of the bare region.
-    to_patch: (2, 3) by rows, from px of the rectangle to coordinates that stick to the skin, which
-    lie at -4096 cells or more and below 2^23.
-    layers: in place of the material's product, opacity and glint; None for one product.
-    """
-
-    rect: Rect
-    weight: np.ndarray
-    shading: np.ndarray
-    normals: np.ndarray
-    to_grid: Sequence[float]
-    mean: float
-    to_patch: Sequence[float]
-    environment: Environment
-    material: Material
-    layers: Layers | None = None
-
-    def made(self) -> "MadeRegion":
-        """The same as the kernel takes it."""
-        numbers, root = np.zeros((LAYERS, _ROW), np.float32), [0.0, 0.0, 0.0]
-        count, shares = 0, None
-        if self.layers is not None:
-            count, shares = len(self.layers.numbers), self.layers.shares
-            numbers[:count] = self.layers.numbers
-            root = [FAINT * part for part in self.layers.mean_root]
-        (product,) = np.array(
-            [(self.to_patch, self.to_grid, self.environment.step, self.material.record(), count,
-              numbers, root)],
-            PRODUCT,
-        )  # fmt: skip
-        words = self.environment.words
-        return MadeRegion(
-            self.rect, self.weight, self.shading, self.normals, self.mean, product, words, shares
-        )
-
-
-class MadeRegion(NamedTuple):
-    """A PaintedRegion as the kernel takes it.
-
     product: a record of PRODUCT.  words: (16, 16) uint32 or int32, of the environment.
-    shares: of the layers; None for one product.
+    shares: (N, H, W) float32 on the grid, N at most LAYERS: how much of each layer shows, 0..1;
+    None for one product.
     """
 
     rect: Rect

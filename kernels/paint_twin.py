@@ -1,12 +1,11 @@
 """The numpy twin of paint.cl, in float64."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from makeup_video.kernels.colour import Coding, decode, encode, rounded
-from makeup_video.kernels.material import (
-    ENVIRONMENT_PX,
-    MATERIAL,
+from makeup_video.kernels.material_twin import (
     Environment,
     Material,
     Varying,
@@ -14,8 +13,59 @@ from makeup_video.kernels.material import (
     made_up,
     skin_at,
 )
-from makeup_video.kernels.paint import FAINT, INSIDE, Layers, MadeRegion, PaintedRegion
+from makeup_video.kernels.paint import FAINT, INSIDE, PRODUCT, MadeRegion
 from makeup_video.kernels.planes import Rect, fold, spread
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layers:
+    """Products that lie over each other on a region, composed at each pixel.
+
+    shares: of MadeRegion.  numbers: `layers` of PRODUCT, as far as there are any.
+    mean_root: the first three numbers, summed by share over the grid, for an opacity of 1.
+    """
+
+    shares: np.ndarray
+    numbers: Sequence[Sequence[float]]
+    mean_root: Sequence[float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PaintedRegion:
+    """A region of a frame, and the product on it: a MadeRegion before its product is a record.
+
+    to_grid, to_patch: see PRODUCT.
+    layers: in place of the material's product, opacity and glint; None for one product.
+    """
+
+    rect: Rect
+    weight: np.ndarray
+    shading: np.ndarray
+    normals: np.ndarray
+    to_grid: Sequence[float]
+    mean: float
+    to_patch: Sequence[float]
+    environment: Environment
+    material: Material
+    layers: Layers | None = None
+
+    def made(self) -> MadeRegion:
+        """The same as the kernel takes it."""
+        numbers, root = np.zeros(PRODUCT["layers"].shape, np.float32), [0.0, 0.0, 0.0]
+        count, shares = 0, None
+        if self.layers is not None:
+            count, shares = len(self.layers.numbers), self.layers.shares
+            numbers[:count] = self.layers.numbers
+            root = [FAINT * part for part in self.layers.mean_root]
+        (product,) = np.array(
+            [(self.to_patch, self.to_grid, self.environment.step, self.material.record(), count,
+              numbers, root)],
+            PRODUCT,
+        )  # fmt: skip
+        words = self.environment.words
+        return MadeRegion(
+            self.rect, self.weight, self.shading, self.normals, self.mean, product, words, shares
+        )
 
 
 def paint_twin(
@@ -36,21 +86,6 @@ def paint_twin(
     for rect, change in changes.items():
         fold(rect.chroma(new, block), change, block, coding.max_code)
     return new
-
-
-def read_back(made: MadeRegion) -> PaintedRegion:
-    """What `PaintedRegion.made` was made from, in float32."""
-    product, layers = made.product, None
-    if made.shares is not None:
-        numbers = product["layers"][: product["layer_count"]].tolist()
-        layers = Layers(made.shares, numbers, (product["mean_root"] / FAINT).tolist())
-    words = made.words.view(np.uint32).reshape(ENVIRONMENT_PX, ENVIRONMENT_PX)
-    fields = (product["material"][name].tolist() for name in MATERIAL.names or ())
-    return PaintedRegion(
-        made.rect, made.weight, made.shading, made.normals, product["to_grid"].tolist(), made.mean,
-        product["to_patch"].tolist(), Environment(words, float(product["room_step"])),
-        Material(*fields), layers,
-    )  # fmt: skip
 
 
 def region_twin(

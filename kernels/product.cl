@@ -1,7 +1,6 @@
 /* Makes of products, and the light on a region of a face, what paint.cl paints there: how the region
  * lies, the material, its layers, and what it mirrors. Host side: product.py, which defines the
- * structs product_*. Numpy twins, which explain each number: product_material.py, blend_layers.py
- * and environment.py in pipeline/render.
+ * structs product_*. Numpy twins, which explain each number: pipeline/render/product_twin.py.
  *
  * A work-item makes one region.
  * - regions: where they lie, their light and their products.
@@ -36,13 +35,13 @@ EIGHT_STEP void product_place(
     turn[3] = d / across;
 }
 
-/* A channel of a product under a light of that gain: see _lit in product_material.py. */
+/* A channel of a product under a light of that gain: see _lit in product_twin.py. */
 static inline float product_lit(float product, float gain, float ceiling) {
     float below = product * colour_min(gain, 1.0f), above = product * colour_positive(gain - 1.0f);
     return material_add(below, above, ceiling);
 }
 
-/* Size, radius and visibility of sparkles: see _cells in product_material.py. */
+/* Size, radius and visibility of sparkles: see _cells in product_twin.py. */
 static inline void product_cells(
     __global const product_coat *coat, float skin_px, material *m, float *seen) {
     float cell = coat->cell, spot = PRODUCT_SPOT;
@@ -166,7 +165,7 @@ EIGHT_STEP void product_layers(
 }
 
 /* The material of several coats: what is the same all over a surface, see _common in
- * blend_layers.py.
+ * product_twin.py.
  * seen: how much each coat shows.  shines: how much it shines. */
 EIGHT_STEP void product_common(
     const material *made, int count, __global const float *seen, const float *shines,

@@ -1,6 +1,6 @@
 """Host side of product.cl: products, and the light on regions of a face, to what paint.cl paints.
 
-Its numpy twins are product_material.py, blend_layers.py and environment.py of pipeline/render.
+Its numpy twins are in pipeline/render/product_twin.py.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from makeup_video.kernels.paint import DEFINITIONS as PAINT
 from makeup_video.kernels.paint import LAYERS, PRODUCT
 from makeup_video.kernels.program import Device
 
-# Sparkles. Sizes of their cells and radii: `_cells` of product_material.py explains them.
+# Sparkles. Sizes of their cells and radii: `_cells` of product_twin.py explains them.
 LEAST_CELL_PX = 4.0  # codecs remove smaller sparkles, or they look like grains of salt
 DISSOLVE = 0.15  # of the least cell: the sizes over which one grid of cells gives way to another
 SPOT, LEAST_SPOT_PX, LARGEST_SPOT = 0.28, 1.2, 0.3  # radius: of a cell, in px, at most of a cell

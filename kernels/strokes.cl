@@ -1,5 +1,5 @@
 /* Draws lines between two borders on the pixels of the canvas. Host side: strokes.py, which defines
- * the struct strokes_job. Numpy twin: pipeline/render/draw_strokes.py.
+ * the struct strokes_job. Numpy twin: pipeline/render/strokes_twin.py.
  *
  * A work-item makes eight rows of a job, eight pixels of a row at once.
  * - jobs: where each lies, and what it is.
@@ -29,7 +29,7 @@ static inline void strokes_between(
     eight_columns8(found, numbers);
 }
 
-/* How much of a window around each pixel a line covers: see draw_strokes.py. */
+/* How much of a window around each pixel a line covers: see strokes_twin.py. */
 static inline float8 strokes_covered(float8 above, float8 below, float blur) {
     float half_px = 0.5f * blur;
     float8 covered = eight_min8(above, (float8)half_px) + eight_min8(below, (float8)half_px);

@@ -1,6 +1,6 @@
 """Host side of strokes.cl: lines that are drawn on the pixels of a canvas.
 
-Its numpy twin is pipeline/render/draw_strokes.py.
+Its numpy twin is pipeline/render/strokes_twin.py.
 """
 
 from collections.abc import Sequence

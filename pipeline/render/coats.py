@@ -23,10 +23,10 @@ from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.kind import Coat, Kind, Stroke
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
-from makeup_video.pipeline.render.draw_strokes import box_of_strokes, draw_strokes, line_of
 from makeup_video.pipeline.render.grid import box_of
 from makeup_video.pipeline.render.regions import REGIONS
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.render.strokes import box_of_strokes, line_of
 from makeup_video.pipeline.render.surfaces.region import Reader
 from makeup_video.pipeline.render.surfaces.surface import Charts, Edge, Surface
 
@@ -144,23 +144,15 @@ class PaintJob(NamedTuple):
         return bool(self.part.strokes)
 
     def line(self) -> Line:
-        """Its strokes as kernels/strokes.cl draws them, where `weigh` is the twin."""
-        part = self.part
-        return line_of(part.surface.grid, part.strokes, self._blur_px, self.share)
-
-    @property
-    def _blur_px(self) -> float:
-        return max(self.part.blur_px * self.share, 1.0)
+        """Its strokes as kernels/strokes.cl draws them."""
+        part, blur_px = self.part, max(self.part.blur_px * self.share, 1.0)
+        return line_of(part.surface.grid, part.strokes, blur_px, self.share)
 
     def weigh(self, out: np.ndarray, origin_xy: tuple[int, int]) -> None:
-        """Fill (h, w) float32 with the weight of the coats on the frame's pixels from
+        """Fill (h, w) float32 with the weight of coats that are no line, on the frame's pixels from
         origin_xy on."""
         part = self.part
-        if part.strokes:
-            grid = part.surface.grid
-            draw_strokes(out, origin_xy, grid, part.strokes, self._blur_px, self.share)
-        else:
-            part.surface.weigh(out, origin_xy, part.edge, part.density)
+        part.surface.weigh(out, origin_xy, part.edge, part.density)
 
 
 def scaled(job: PaintJob, to_new: AffineArray, share: float) -> PaintJob:

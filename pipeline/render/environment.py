@@ -1,35 +1,15 @@
-"""What a glossy product mirrors: the frame, blurred, less its own average. The numpy twin of the
-last step of kernels/product.cl."""
+"""How a glossy product mirrors the frame around it, which kernels/product.cl computes."""
 
 import math
 from functools import lru_cache
 
 import cv2
 import numpy as np
-from makeup_video.kernels.colour import Coding
-from makeup_video.kernels.material import ENVIRONMENT_PX, Environment
-from makeup_video.kernels.product import VEIL
+from makeup_video.kernels.material import ENVIRONMENT_PX
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.product_material import film_matrices
 
 _ROOM_COLOUR = 0.4  # of what is reflected: a close-up's frame is mostly the face itself
-
-
-def environment_of(room: np.ndarray, params: GraphicsParams, coding: Coding) -> Environment:
-    """What the product mirrors, blurred as its parameters say.
-
-    The room's own average is taken off: gloss shows windows and lamps, and an even room would only
-    lay a veil over the colour.
-
-    room: (16, 16, 3), see SceneLight.
-    """
-    if not params.reflection:
-        return Environment.of(np.zeros((3, ENVIRONMENT_PX, ENVIRONMENT_PX), np.float32))
-    blur = blur_of(params)
-    turned = np.moveaxis(room @ room_colours(coding.primaries).T, -1, 0)
-    blurred = blur @ turned @ blur.T
-    bright = np.maximum(blurred - VEIL * blurred.mean((1, 2), keepdims=True), 0)
-    return Environment.of(bright.astype(np.float32))
 
 
 @lru_cache

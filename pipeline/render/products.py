@@ -17,7 +17,7 @@ from makeup_video.pipeline.render.product_material import (
     film_matrices,
     least_cell,
     sparing,
-    worn,
+    unlit,
 )
 
 # A job, and the rectangle of the picture that holds all its weight.
@@ -29,7 +29,7 @@ def made_regions(
 ) -> list[MadeRegion]:
     """Jobs as a canvas paints them, each with its weight; valid until the next call with this
     device."""
-    lit = [_lit(job, rect, coding) for job, rect in placed]
+    lit = [_lit(job, rect) for job, rect in placed]
     products, words = device.once(ProductKernel)(lit, coding_record(coding))
     return [
         MadeRegion(
@@ -42,28 +42,28 @@ def made_regions(
     ]  # fmt: skip
 
 
-def _lit(job: PaintJob, rect: Rect, coding: Coding) -> LitRegion:
+def _lit(job: PaintJob, rect: Rect) -> LitRegion:
     (a, b, x), (c, d, y) = job.surface.grid.to_px.tolist()
     light = job.light
     return LitRegion(
-        (a, b, x - rect.x, c, d, y - rect.y), job.skin_px, coat_records(job.coats, coding),
+        (a, b, x - rect.x, c, d, y - rect.y), job.skin_px, coat_records(job.coats),
         job.amount, light.strength_for_products * job.shade, light.colour.tolist(),
         light.direction.tolist(), light.environment, job.part.seen,
     )  # fmt: skip
 
 
 @lru_cache(maxsize=64)
-def coat_records(coats: tuple[WornCoat, ...], coding: Coding) -> np.ndarray:
+def coat_records(coats: tuple[WornCoat, ...]) -> np.ndarray:
     """(N,) records of COAT."""
-    return np.array([_coat_record(coat, coding) for coat in coats], COAT)
+    return np.array([_coat_record(coat) for coat in coats], COAT)
 
 
-def _coat_record(coat: WornCoat, coding: Coding) -> tuple[object, ...]:
-    params, whole = coat.product, worn(coat.product, 1.0, coding)
+def _coat_record(coat: WornCoat) -> tuple[object, ...]:
+    params, whole = coat.product, unlit(coat.product)
     return (
-        coat.strength, params.light_adaptation, *whole.lights, whole.opacity, params.texture_keep,
+        coat.strength, params.light_adaptation, *whole.lights, params.opacity, params.texture_keep,
         params.undertone, coat.kind.kept_highlights(params), whole.own_highlights, whole.lobe,
-        whole.reflection, whole.fresnel_front, whole.fresnel_rim, whole.room, whole.shimmer,
+        params.reflection, whole.fresnel_front, whole.fresnel_rim, whole.room, whole.shimmer,
         *least_cell(params), *sparing(coat.kind.spared), blur_of(params).T,
     )  # fmt: skip
 

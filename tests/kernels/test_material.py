@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import lights, params, places, product, white_light
 from makeup_video.kernels.colour import Coding
-from makeup_video.kernels.material import (
-    ENVIRONMENT_PX,
-    MATERIAL,
+from makeup_video.kernels.material import ENVIRONMENT_PX, MATERIAL
+from makeup_video.kernels.material_twin import (
     Material,
     Skin,
     added,
@@ -19,7 +18,7 @@ from makeup_video.kernels.material import (
     skin_at,
     sparkles,
 )
-from makeup_video.pipeline.render.product_material import SkinAxes, material
+from makeup_video.pipeline.render.product_twin import SkinAxes, material
 
 FACING = SkinAxes(np.eye(2), 700.0)  # a large face, whose cells are as small as cells can be
 DARK_ROOM = np.zeros((3, 16, 16))

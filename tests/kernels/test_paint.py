@@ -22,12 +22,12 @@ from makeup import (
     white_light,
 )
 from makeup_video.kernels.colour import HLG, PQ, SRGB, Coding, decode, matrices, to_xyz
-from makeup_video.kernels.material import made_up, skin_at
+from makeup_video.kernels.material_twin import made_up, skin_at
 from makeup_video.kernels.paint import Canvas
 from makeup_video.kernels.paint_twin import on_pixels, paint_twin, region_twin
 from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device
-from makeup_video.pipeline.render.product_material import SkinAxes, material
+from makeup_video.pipeline.render.product_twin import SkinAxes, material
 
 SIZE = (37, 9)
 PQ_BRIGHTEST = 10000 / 203 * 1.01  # of white, ITU-R BT.2408

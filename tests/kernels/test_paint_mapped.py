@@ -19,11 +19,11 @@ from makeup import (
     white_light,
 )
 from makeup_video.kernels.colour import PQ, SRGB, Coding
-from makeup_video.kernels.paint import LAYERS, Layers
-from makeup_video.kernels.paint_twin import paint_twin, region_twin
+from makeup_video.kernels.paint import LAYERS
+from makeup_video.kernels.paint_twin import Layers, paint_twin, region_twin
 from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device
-from makeup_video.pipeline.render.product_material import SkinAxes, material
+from makeup_video.pipeline.render.product_twin import SkinAxes, material
 
 SIZE = (37, 9)
 FACING = SkinAxes(np.eye(2), 700.0)

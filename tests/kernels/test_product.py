@@ -8,15 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import codings, device, lights, params, place_of, product, white_light
 from makeup_video.kernels.colour import Coding
-from makeup_video.kernels.material import Environment
+from makeup_video.kernels.material_twin import Environment
 from makeup_video.kernels.paint import FAINT, LAYERS
 from makeup_video.kernels.product import LitRegion, ProductKernel
 from makeup_video.pipeline.frames.affine import Affine
 from makeup_video.pipeline.look.kinds import KINDS
-from makeup_video.pipeline.render.blend_layers import blend
 from makeup_video.pipeline.render.coats import WornCoat
-from makeup_video.pipeline.render.environment import environment_of
-from makeup_video.pipeline.render.product_material import material
+from makeup_video.pipeline.render.product_twin import blend, environment_of, material
 from makeup_video.pipeline.render.products import coat_records, coding_record
 
 SHARES = st.just(0.0) | st.floats(1e-3, 1)
@@ -38,9 +36,9 @@ def to_px(angle, skin_px, step, off):
     return Affine(a, b, off, c, d, -off)
 
 
-def lit_region(given_coats, amount, light, place, coding, shade=1.0):
+def lit_region(given_coats, amount, light, place, shade=1.0):
     return LitRegion(
-        to_px(*place), place[1], coat_records(tuple(coat for coat, _ in given_coats), coding),
+        to_px(*place), place[1], coat_records(tuple(coat for coat, _ in given_coats)),
         amount, light.strength_for_products * shade, light.colour, light.direction,
         light.environment,
         [seen for _, seen in given_coats],
@@ -75,7 +73,7 @@ def numbers(record):
 @settings(max_examples=150, deadline=None)
 @given(worn, SHARES, lights(), places, codings(), st.floats(0.05, 1))
 def test_products_match_their_twins(given_coats, amount, light, place, coding, shade):
-    region = lit_region(given_coats, amount, light, place, coding, shade)
+    region = lit_region(given_coats, amount, light, place, shade)
     (product,), _ = made([region], coding)
     layers, common, _ = twin(given_coats, amount, light, place, coding, shade)
     np.testing.assert_allclose(numbers(product["material"]), np.hstack(common.record()), **near)
@@ -92,7 +90,7 @@ def test_products_match_their_twins(given_coats, amount, light, place, coding, s
 @settings(max_examples=100, deadline=None)
 @given(worn, lights(), places, codings())
 def test_what_is_mirrored_matches_its_twin(given_coats, light, place, coding):
-    (product,), (words,) = made([lit_region(given_coats, 1.0, light, place, coding)], coding)
+    (product,), (words,) = made([lit_region(given_coats, 1.0, light, place)], coding)
     *_, want = twin(given_coats, 1.0, light, place, coding, 1.0)
     assert product["room_step"] == pytest.approx(want.step, rel=1e-4, abs=1e-9)
     if want.step:  # otherwise the words are not read
@@ -103,7 +101,7 @@ def test_what_is_mirrored_matches_its_twin(given_coats, light, place, coding):
 @settings(max_examples=100, deadline=None)
 @given(places)
 def test_places_on_the_grid_and_on_the_skin_match_their_maps(place):
-    (product,), _ = made([lit_region(PLAIN, 1.0, white_light(), place, Coding())], Coding())
+    (product,), _ = made([lit_region(PLAIN, 1.0, white_light(), place)], Coding())
     there = to_px(*place)
     back = np.reshape(product["to_grid"], (2, 3)).astype(float)
     for x, y in ((0.0, 0.0), (40.0, 7.0), (3.0, 31.0)):
@@ -118,9 +116,9 @@ PLAIN = [(WornCoat(KINDS["lipstick"], product(), 1.0), 1.0)]
 
 
 def test_regions_do_not_depend_on_each_other():
-    one = lit_region(PLAIN, 1.0, white_light(), (0.1, 200, 3, 9), Coding())
+    one = lit_region(PLAIN, 1.0, white_light(), (0.1, 200, 3, 9))
     shiny = WornCoat(KINDS["eyeshadow"], product(red=20, gloss=1.0, reflection=0.5), 0.7)
-    other = lit_region([*PLAIN, (shiny, 4.0)], 0.5, white_light(), (1.0, 90, 2, 5), Coding())
+    other = lit_region([*PLAIN, (shiny, 4.0)], 0.5, white_light(), (1.0, 90, 2, 5))
     regions = [one, other] * 8  # more than at first there is room for
     together, words = made(regions, Coding())
     for number, region in enumerate(regions):
@@ -135,6 +133,6 @@ def test_regions_do_not_depend_on_each_other():
 
 def test_a_region_that_shows_no_coat_is_finite():
     region = lit_region([(coat, 0.0) for coat, _ in PLAIN * 3], 1.0, white_light(),
-                        (0, 100, 2, 0), Coding())  # fmt: skip
+                        (0, 100, 2, 0))  # fmt: skip
     (product,), _ = made([region._replace(seen=(0.0, 0.0, 0.0))], Coding())
     assert np.isfinite(np.hstack([numbers(product["material"]), product["mean_root"]])).all()

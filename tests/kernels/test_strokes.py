@@ -6,8 +6,9 @@ from hypothesis import strategies as st
 from makeup import canvas
 from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.look.kinds.kind import Stroke
-from makeup_video.pipeline.render.draw_strokes import draw_strokes, line_of
 from makeup_video.pipeline.render.grid import Grid
+from makeup_video.pipeline.render.strokes import line_of
+from makeup_video.pipeline.render.strokes_twin import draw_strokes
 
 WHOLE = Rect(40, 60, 90, 50)
 parts = st.builds(

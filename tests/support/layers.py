@@ -10,6 +10,7 @@ from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.render.coats import PaintJob, groups_of, jobs_of
 from makeup_video.pipeline.render.scene import FrameScene
+from makeup_video.pipeline.render.strokes_twin import draw_strokes
 from makeup_video.pipeline.render.surfaces.region import Reader
 from makeup_video.pipeline.render.surfaces.surface import Edge, Surface
 
@@ -53,7 +54,11 @@ def job_weight(
 ) -> np.ndarray:
     """(h, w) float32: the weight of a job on the pixels from origin_xy on, its rect or not."""
     out = np.full(hw, np.nan, np.float32)
-    job.weigh(out, origin_xy)
+    if job.is_line:
+        grid, strokes = job.surface.grid, job.part.strokes
+        draw_strokes(out, origin_xy, grid, strokes, job.line().blur_px, job.share)
+    else:
+        job.weigh(out, origin_xy)
     return out
 
 

@@ -11,8 +11,10 @@ import heads
 import numpy as np
 from hypothesis import strategies as st
 from makeup_video.kernels.colour import HLG, LUMA_WEIGHTS, PQ, SRGB, Coding
-from makeup_video.kernels.material import ENVIRONMENT_PX, Environment, Material
-from makeup_video.kernels.paint import Canvas, PaintedRegion
+from makeup_video.kernels.material import ENVIRONMENT_PX
+from makeup_video.kernels.material_twin import Environment, Material
+from makeup_video.kernels.paint import Canvas
+from makeup_video.kernels.paint_twin import PaintedRegion
 from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device
 from makeup_video.pipeline.faces.face import Face, FrameFaces
@@ -23,7 +25,7 @@ from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
-from makeup_video.pipeline.render.product_material import SkinAxes
+from makeup_video.pipeline.render.product_twin import SkinAxes
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from people import clip, clip_points, frame_of
 

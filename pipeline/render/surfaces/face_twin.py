@@ -26,7 +26,7 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.render.grid import Grid
 from makeup_video.pipeline.render.light_planes import light_planes
 from makeup_video.pipeline.render.luminance_twin import broad, codes_on, linear_rgb, luminance_of
-from makeup_video.pipeline.render.skin_likeness import skin_likeness
+from makeup_video.pipeline.render.skin_likeness_twin import skin_likeness
 from makeup_video.pipeline.render.surfaces.face import (
     FaceSurface,
     drawn,
@@ -34,7 +34,7 @@ from makeup_video.pipeline.render.surfaces.face import (
     points_in_iod,
     sampled_down,
 )
-from makeup_video.pipeline.render.surfaces.face_fit import fit, monomials
+from makeup_video.pipeline.render.surfaces.face_fit_twin import fit, monomials
 
 _SECOND = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)[::2, ::2].ravel()  # places in the grid
 

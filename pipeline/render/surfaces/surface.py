@@ -52,7 +52,7 @@ class Surface(Protocol):
     """One surface of one face. A region of a face may have several of the same sort: two eyes.
 
     grid: where it lies on the frame.  normals: (2 or 3, H, W) float32 on the grid, x and y, and
-    how exposed they are, see PaintedRegion.
+    how exposed they are, see MadeRegion.
     number: which of its region's surfaces it is.
     is_broad: True where makeup is a soft veil, with no border that must be sharp.
     """

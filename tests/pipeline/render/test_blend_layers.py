@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import FLAT, any_codes, flat_surface, lights, paint_codes, params, product, white_light
 from makeup_video.kernels.colour import Coding
-from makeup_video.kernels.material import made_up, skin_at
+from makeup_video.kernels.material_twin import made_up, skin_at
 from makeup_video.kernels.paint_twin import composed
 from makeup_video.pipeline.look.finishes import product as finished
-from makeup_video.pipeline.render.blend_layers import blend, shares_of
-from makeup_video.pipeline.render.product_material import SkinAxes, material
+from makeup_video.pipeline.render.blend_layers import shares_of
+from makeup_video.pipeline.render.product_twin import SkinAxes, blend, material
 
 FACING = SkinAxes(np.eye(2), 700.0)
 HW = (6, 9)

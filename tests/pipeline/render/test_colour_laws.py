@@ -41,12 +41,12 @@ from makeup_video.kernels.colour import (
     to_linear,
     to_xyz,
 )
-from makeup_video.kernels.material import made_up, skin_at
+from makeup_video.kernels.material_twin import made_up, skin_at
 from makeup_video.kernels.paint_twin import on_pixels
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.render.product_material import SkinAxes, material
+from makeup_video.pipeline.render.product_twin import SkinAxes, material
 from people import frame_of
 from skimage.color import deltaE_ciede2000
 

@@ -13,7 +13,7 @@ from makeup_video.pipeline.look.finishes import FINISHES
 from makeup_video.pipeline.look.finishes import product as finished
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.render.product_material import SkinAxes, material
+from makeup_video.pipeline.render.product_twin import SkinAxes, material
 from people import frame_of, portrait
 from skimage.color import deltaE_ciede2000
 

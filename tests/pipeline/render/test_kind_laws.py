@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 from laws import same
 from layers import SHOWN, densities, everything, job_weight, jobs, layer_lists, layers
 from makeup import BARE, close_up_scene, copied, device, lit_of, paint_planes
-from makeup_video.kernels.paint import Canvas
-from makeup_video.kernels.paint_twin import paint_twin, read_back
+from makeup_video.kernels.material import ENVIRONMENT_PX, MATERIAL
+from makeup_video.kernels.material_twin import Environment, Material
+from makeup_video.kernels.paint import FAINT, Canvas, MadeRegion
+from makeup_video.kernels.paint_twin import Layers, PaintedRegion, paint_twin
 from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.look.finishes import FINISHES
 from makeup_video.pipeline.look.finishes import product as finished
@@ -183,6 +185,21 @@ def test_light_and_amount_of_a_region_are_shares(kind):
     assert 0 <= region.amount(face) <= 1
     for lit in lit_of(face):
         assert 0 < region.shade(face.light, lit.mean) <= 1
+
+
+def read_back(made: MadeRegion) -> PaintedRegion:
+    """What `PaintedRegion.made` was made from, in float32."""
+    product, layers = made.product, None
+    if made.shares is not None:
+        numbers = product["layers"][: product["layer_count"]].tolist()
+        layers = Layers(made.shares, numbers, (product["mean_root"] / FAINT).tolist())
+    words = made.words.view(np.uint32).reshape(ENVIRONMENT_PX, ENVIRONMENT_PX)
+    fields = (product["material"][name].tolist() for name in MATERIAL.names or ())
+    return PaintedRegion(
+        made.rect, made.weight, made.shading, made.normals, product["to_grid"].tolist(), made.mean,
+        product["to_patch"].tolist(), Environment(words, float(product["room_step"])),
+        Material(*fields), layers,
+    )  # fmt: skip
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from lit_faces import face_at, lit, points, surface_made
 from makeup_video.kernels.colour import SRGB, from_srgb_primaries, to_encoded, to_linear
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.render.skin_likeness import skin_likeness
+from makeup_video.pipeline.render.skin_likeness_twin import skin_likeness
 from people import frame_of, portrait
 
 LEFT, RIGHT = 50, 280  # cheeks

@@ -4,7 +4,7 @@ Hair, a mask, the frame of glasses, a phone or a sleeve in front of the cheek di
 in lightness or in colour. Skin varies, too: it is lit from one side, it shines, and it flushes. So
 three numbers of each place (log luminance, log red to green, log blue to green) are compared with a
 plane fitted to this face's skin, and off it counts by how much this face's skin itself varies. The
-numpy twin of kernels/face.cl, which reads it for every frame.
+numpy twin of a part of kernels/face.cl (face_skin.h), where it is computed for every frame.
 """
 
 import math

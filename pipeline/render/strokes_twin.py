@@ -4,23 +4,10 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from makeup_video.kernels.strokes import Line
 from makeup_video.pipeline.look.kinds.kind import Stroke
 from makeup_video.pipeline.render.grid import Grid
 
 _NOWHERE = -1e3  # px from a border, beyond the grid
-
-
-def line_of(grid: Grid, strokes: Sequence[Stroke], blur_px: float, share: float) -> Line:
-    """Strokes as kernels/strokes.cl draws them; the arguments are those of `draw_strokes`."""
-    borders = [border for one in strokes for border in (one.above, one.below)]
-    if len(strokes) % 2:
-        borders += borders[-2:]
-    merged = [cv2.merge(borders[at : at + 4]) for at in range(0, len(borders), 4)]
-    maps: np.ndarray = merged[0][None] if len(merged) == 1 else np.stack(merged)
-    if share != 1:
-        maps *= np.float32(share)
-    return Line(grid.to_px.ravel().tolist(), maps, blur_px)
 
 
 def draw_strokes(
@@ -67,12 +54,3 @@ def _to_share(numbers: np.ndarray) -> np.ndarray:
     """Limit numbers to 0..1, in place."""
     np.minimum(np.maximum(numbers, 0, out=numbers), 1, out=numbers)
     return numbers
-
-
-def box_of_strokes(strokes: Sequence[Stroke], blur_px: float) -> np.ndarray:
-    """(N, H, W) bool: all places of the grids from which a stroke may be seen."""
-    there = [np.minimum(one.above, one.below) > -blur_px for one in strokes]
-    seen: np.ndarray = there[0]
-    for more in there[1:]:
-        seen |= more
-    return seen

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import codings, lights, params, places, product, white_light
 from makeup_video.kernels.colour import HLG, PQ, Coding, product_linear
-from makeup_video.pipeline.render.product_material import SkinAxes, material
+from makeup_video.pipeline.render.product_twin import SkinAxes, material
 from makeup_video.pipeline.render.scene import SceneLight
 
 FACING = SkinAxes(np.eye(2), 200.0)
