@@ -8,12 +8,12 @@ import pyopencl as cl
 from makeup_video.kernels import colour
 from makeup_video.kernels.definitions import Definitions, offsets
 from makeup_video.kernels.light import (
+    LIGHT_FIELDS,
     PLANE,
     LightPlanes,
     LightReader,
-    coding_numbers,
+    light_numbers,
     on_planes,
-    plane_numbers,
 )
 from makeup_video.kernels.program import LOCAL_SIZE, Device
 from makeup_video.kernels.surface import FAINT, GridPlace
@@ -98,15 +98,10 @@ TABLES = np.dtype([
 GIVEN = np.dtype([
     ("to_luma", np.float32, (2, 3)),  # px of the grid -> px of the plane
     ("to_chroma", np.float32, (2, 3)),
-    ("luma", PLANE),
-    ("chroma", PLANE),
-    ("to_steps", np.float32, (3, 4)),  # codes -> R'G'B' in steps of the table, plus a half
-    ("weights", np.float32, 3),  # of luminance
-    ("last_step", np.float32),  # of the table
+    *LIGHT_FIELDS,
     ("to_srgb", np.float32, (3, 3)),  # linear light in the frame's primaries -> in sRGB's
     ("to_frame", np.float32, (2, 3)),  # px of the grid -> px of the frame
     ("frame_wh", np.float32, 2),
-    ("chroma_begins", np.float32, 2),  # samples from Y' to Cb, and from Cb to Cr
     ("sampled_down", np.float32),  # the skin is sampled above this `down`
     ("points", np.float32, (3, _PADDED)),  # x, y, z in IOD from the middle of the grid
     ("inside", np.float32, (_DRAWN, _DRAWN)),
@@ -276,7 +271,6 @@ class FaceKernel:
         self._given.array.fill(0)
         self._numbers = self._given.array.view(np.float32)
         self._scratch = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, SCRATCH.itemsize)
-        self._transfer = -1  # of the arguments that the kernel has
 
     def __call__(self, face: FaceToRead, light: LightPlanes) -> np.void:
         """Make the surface of a face: a record of OUT, see FaceSurface; `shading` is the broad
@@ -292,15 +286,12 @@ class FaceKernel:
         return made
 
     def _fill(self, face: FaceToRead, light: LightPlanes) -> None:
-        luma, chroma, _ = light.planes
         to_px = face.place.to_px
         self._numbers[:_HEAD_SIZE] = [
             *on_planes(to_px, light),
-            *plane_numbers(luma.shape),
-            *plane_numbers(chroma.shape),
-            *coding_numbers(light.coding, light.has_colour),
+            *light_numbers(light),
             *colour.to_srgb_primaries(light.coding.primaries).ravel().tolist(),
-            *to_px, *face.frame_wh, luma.size, chroma.size, face.sampled_down,
+            *to_px, *face.frame_wh, face.sampled_down,
         ]  # fmt: skip
         (given,) = self._given.array
         np.clip(face.points.T, -MOST_OFF, MOST_OFF, out=given["points"][:, :POINTS])
@@ -308,10 +299,9 @@ class FaceKernel:
 
     def _set_arguments(self, light: LightPlanes) -> None:
         """Copy the planes, and give the kernel its arguments, where these have changed."""
-        transfer = light.coding.transfer
-        if not self._light.copy(light) and transfer == self._transfer:
+        if not self._light.copy(light):
             return
-        self._transfer, sample = transfer, light.planes[0].dtype
+        transfer, sample = light.coding.transfer, light.planes[0].dtype
         self._kernel = self._device.kernel("face", transfer, sample, DEFINITIONS)
         self._kernel.set_args(
             self._given.buffer, self._tables, self._light.planes, self._light.table(transfer),

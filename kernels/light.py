@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pyopencl as cl
@@ -17,6 +18,15 @@ PLANE = np.dtype([
     ("last_x", np.float32),  # a little less than the last column, so that the next one exists
     ("last_y", np.float32),
 ])  # fmt: skip
+# What a kernel is given of the light that it reads; `light_numbers` has the values.
+LIGHT_FIELDS: tuple[tuple[Any, ...], ...] = (
+    ("luma", PLANE),
+    ("chroma", PLANE),
+    ("to_steps", np.float32, (3, 4)),  # codes -> R'G'B' in steps of the table, plus a half
+    ("weights", np.float32, 3),  # of luminance
+    ("last_step", np.float32),  # of the table
+    ("chroma_begins", np.float32, 2),  # samples from Y' to Cb, and from Cb to Cr
+)
 # px of a frame -> of a plane: scale and offset of x, of y
 Stretch = tuple[float, float, float, float]
 Affine = tuple[float, float, float, float, float, float]  # (2, 3) by rows: (x, y, 1) -> (x, y)
@@ -50,6 +60,7 @@ class LightReader:
         self._device = device
         self._tables: dict[int, cl.Buffer] = {}
         self._planes = device.memory((1,), np.uint8)
+        self._transfer = -1  # of the light that was copied last
 
     @property
     def planes(self) -> cl.Buffer:
@@ -57,7 +68,11 @@ class LightReader:
         return self._planes.buffer
 
     def copy(self, light: LightPlanes) -> bool:
-        """Copy Y', Cb and Cr, one after another; True where `planes` is another buffer now."""
+        """Copy Y', Cb and Cr, one after another.
+
+        Returns True where a kernel needs its arguments anew: `planes` is another buffer, or the
+        light has another transfer function.
+        """
         count, sample = sum(plane.size for plane in light.planes), light.planes[0].dtype
         is_new = self._planes.array.size < count or self._planes.array.dtype != sample
         if is_new:
@@ -67,6 +82,8 @@ class LightReader:
             begin, end = end, end + plane.size
             self._planes.array[begin:end].reshape(plane.shape)[:] = plane
         self._planes.send()
+        is_new |= light.coding.transfer != self._transfer
+        self._transfer = light.coding.transfer
         return is_new
 
     def table(self, transfer: int) -> cl.Buffer:
@@ -118,7 +135,16 @@ def to_steps(coding: Coding, has_colour: bool) -> np.ndarray:
     return steps
 
 
-def plane_numbers(hw: tuple[int, ...]) -> Sequence[float]:
+def light_numbers(light: LightPlanes) -> list[float]:
+    """Return the numbers of LIGHT_FIELDS."""
+    luma, chroma, _ = light.planes
+    return [
+        *_plane_numbers(luma.shape), *_plane_numbers(chroma.shape),
+        *_coding_numbers(light.coding, light.has_colour), luma.size, chroma.size,
+    ]  # fmt: skip
+
+
+def _plane_numbers(hw: tuple[int, ...]) -> Sequence[float]:
     """Return the numbers of a PLANE."""
     high, wide = hw
     less = 1 - 1e-6  # more than the rounding of float32
@@ -126,7 +152,7 @@ def plane_numbers(hw: tuple[int, ...]) -> Sequence[float]:
 
 
 @lru_cache
-def coding_numbers(coding: Coding, has_colour: bool) -> tuple[float, ...]:
+def _coding_numbers(coding: Coding, has_colour: bool) -> tuple[float, ...]:
     """Return `to_steps`, the weights of luminance, and the last step of the table."""
     weights = to_xyz(coding.primaries)[1]
     return (*to_steps(coding, has_colour).ravel().tolist(), *weights.tolist(), float(_STEPS))

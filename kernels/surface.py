@@ -14,13 +14,13 @@ import pyopencl as cl
 from makeup_video.kernels import colour
 from makeup_video.kernels.definitions import Definitions, floats, offsets
 from makeup_video.kernels.light import (
+    LIGHT_FIELDS,
     PLANE,
     Affine,
     LightPlanes,
     LightReader,
-    coding_numbers,
+    light_numbers,
     on_planes,
-    plane_numbers,
 )
 from makeup_video.kernels.program import LOCAL_SIZE, Device
 
@@ -115,12 +115,7 @@ PLACE = np.dtype([
 ])  # fmt: skip
 GIVEN = np.dtype([
     ("places", PLACE, _REGIONS),
-    ("luma", PLANE),
-    ("chroma", PLANE),
-    ("to_steps", np.float32, (3, 4)),  # codes -> R'G'B' in steps of the table, plus a half
-    ("weights", np.float32, 3),  # of luminance
-    ("last_step", np.float32),  # of the table
-    ("chroma_begins", np.float32, 2),  # samples from Y' to Cb, and from Cb to Cr
+    *LIGHT_FIELDS,
     ("points", np.float32, (_POINTS, 3)),
     ("logits", np.float32, PATCH_HW),
 ])  # fmt: skip
@@ -224,7 +219,7 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
 )
 
 _GIVEN_AT = offsets(GIVEN)
-_HEAD_SIZE = _GIVEN_AT["POINTS_AT"]  # of `given`: three places, two planes, the coding
+_HEAD_SIZE = _GIVEN_AT["POINTS_AT"]  # of `given`: three places, and the light
 _NOWHERE = (0.0,) * floats(PLACE)  # a place without a region
 
 
@@ -272,7 +267,6 @@ class SurfaceKernel:
         self._out = device.memory((1,), OUT)
         scratch_bytes = _REGIONS * SCRATCH.itemsize
         self._scratch = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, scratch_bytes)
-        self._transfer = -1  # of the arguments that the kernel has
 
     def __call__(
         self,
@@ -302,12 +296,7 @@ class SurfaceKernel:
         numbers: list[float] = []
         for place in places:
             numbers += _place(place, light) if place else _NOWHERE
-        luma, chroma, _ = light.planes
-        for plane in (luma, chroma):
-            numbers += plane_numbers(plane.shape)
-        numbers += coding_numbers(light.coding, light.has_colour)
-        numbers += luma.size, chroma.size
-        self._given[:_HEAD_SIZE] = numbers
+        self._given[:_HEAD_SIZE] = numbers + light_numbers(light)
         logits_at = _GIVEN_AT["LOGITS_AT"]
         self._given[_HEAD_SIZE:logits_at] = points_px.ravel()
         if places[0]:
@@ -326,10 +315,9 @@ class SurfaceKernel:
 
     def _set_arguments(self, light: LightPlanes) -> None:
         """Copy the planes, and give the kernel its arguments, where these have changed."""
-        transfer = light.coding.transfer
-        if not self._light.copy(light) and transfer == self._transfer:
+        if not self._light.copy(light):
             return
-        self._transfer, sample = transfer, light.planes[0].dtype
+        transfer, sample = light.coding.transfer, light.planes[0].dtype
         self._kernel = self._device.kernel("surface", transfer, sample, DEFINITIONS)
         self._kernel.set_args(
             self._memory.buffer, self._rings, self._light.planes, self._light.table(transfer),
