@@ -62,14 +62,18 @@ class Rect(NamedTuple):
 
     def chroma(self, planes: tuple[np.ndarray, ...], chroma: tuple[int, int]) -> list[np.ndarray]:
         """Views of the rectangle's Cb and Cr."""
-        across, down = chroma
-        block = np.s_[
-            self.y // down : -(-(self.y + self.height) // down),
-            self.x // across : -(-(self.x + self.width) // across),
-        ]
+        block = self.chroma_slices(chroma)
         if len(planes) == 2:  # NV12: Cb and Cr alternate
             return [planes[1][block][..., 0], planes[1][block][..., 1]]
         return [planes[1][block], planes[2][block]]
+
+    def chroma_slices(self, chroma: tuple[int, int]) -> tuple[slice, slice]:
+        """Rows and columns of the rectangle on planes of chroma."""
+        across, down = chroma
+        return np.s_[
+            self.y // down : -(-(self.y + self.height) // down),
+            self.x // across : -(-(self.x + self.width) // across),
+        ]
 
 
 def spread(parts: list[np.ndarray], block: tuple[int, int], hw: tuple[int, ...]) -> np.ndarray:

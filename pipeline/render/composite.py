@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from makeup_video.kernels.paint import Canvas
@@ -114,7 +115,7 @@ class Composite:
             self._paint_small(item, planes, [job for job, _ in placed], 2)
         else:
             for together in _apart(placed):
-                self._paint(item, planes, together)
+                self._paint(item, together, planes)
         return True
 
     def _jobs(
@@ -151,17 +152,14 @@ class Composite:
         size = small_size((item.frame.width_px, item.frame.height_px), factor)
         jobs = [scaled(job, to_small(factor), 1 / factor) for job in jobs]
         small = _placed(jobs, size, item.frame.chroma)
+        painter, chroma = self._small[factor], item.frame.chroma
         for together in _apart(small):
-
-            def paint(planes: tuple[np.ndarray, ...], together: list[_Pile] = together) -> None:
-                self._paint(item, planes, together)
-
             rects = [pile.rect for pile in together]
-            painter, chroma = self._small[factor], item.frame.chroma
+            paint = partial(self._paint, item, together)
             painter.paint(planes, rects, chroma, item.coding.max_code, paint)
 
     def _paint(
-        self, item: FrameScene, planes: tuple[np.ndarray, ...], piles: list["_Pile"]
+        self, item: FrameScene, piles: list["_Pile"], planes: tuple[np.ndarray, ...]
     ) -> None:
         rects, counts = [pile.rect for pile in piles], [len(pile.placed) for pile in piles]
         weights = self._canvas.place(rects, item.frame.chroma, planes[0].dtype, counts)

@@ -85,11 +85,7 @@ def _enlarged(rect: Rect, planes: tuple[np.ndarray, ...], factor: int) -> Rect:
 
 def _parts(planes: tuple[np.ndarray, ...], rect: Rect, block: tuple[int, int]) -> list[np.ndarray]:
     """Views of a rect on every plane; NV12 keeps both colours in one."""
-    across, down = block
-    at = np.s_[
-        rect.y // down : -(-(rect.y + rect.height) // down),
-        rect.x // across : -(-(rect.x + rect.width) // across),
-    ]
+    at = rect.chroma_slices(block)
     return [rect.luma(planes), *(plane[at] for plane in planes[1:3])]
 
 
