@@ -1,5 +1,6 @@
 /* Paints products on regions of a frame, in linear light. Numpy twin: paint_twin.py. Host side:
- * paint.py, which defines the struct paint_region, PAINT_* and RUN.
+ * paint.py, which defines the struct paint_region, PAINT_* and RUN; program.py defines SAMPLE and
+ * BLOCK_*.
  *
  * The rectangles of all regions lie below each other in one picture, the canvas, `stride` pixels
  * wide; each begins at a whole block. A block is BLOCK_ACROSS x BLOCK_DOWN luma pixels and their
@@ -22,12 +23,6 @@
 
 #include "colour.h"
 #include "material.h"
-
-#ifndef SAMPLE
-#define SAMPLE uchar
-#define BLOCK_ACROSS 2
-#define BLOCK_DOWN 2
-#endif
 
 /* The first pixel of a run. */
 MATERIAL_INLINE int paint_start(int run, int stride) {

@@ -35,6 +35,11 @@ EIGHT_STEP void product_place(
     turn[3] = d / across;
 }
 
+/* The largest of three channels. */
+static inline float product_largest(const float *rgb) {
+    return eight_max(rgb[0], eight_max(rgb[1], rgb[2]));
+}
+
 /* A channel of a product under a light of that gain: see _lit in product_twin.py. */
 static inline float product_lit(float product, float gain, float ceiling) {
     float below = product * colour_min(gain, 1.0f), above = product * colour_positive(gain - 1.0f);
@@ -138,7 +143,7 @@ EIGHT_STEP void product_layers(
         const material *m = made + i;
         ways[i][0] = m->own_highlights;
         ways[i][1] = m->reflection;
-        ways[i][2] = m->shimmer * eight_max(m->sparkle[0], eight_max(m->sparkle[1], m->sparkle[2]));
+        ways[i][2] = m->shimmer * product_largest(m->sparkle);
         for (int k = 0; k < 3; ++k) most[k] = eight_max(most[k], ways[i][k]);
     }
     for (int i = 0; i < PAINT_LAYERS; ++i) {
@@ -176,10 +181,9 @@ EIGHT_STEP void product_common(
     for (int i = 0; i < count; ++i) {
         const material *m = made + i;
         float part = seen[i];
-        float sparkling =
-            part * m->shimmer * eight_max(m->sparkle[0], eight_max(m->sparkle[1], m->sparkle[2]));
+        float sparkling = part * m->shimmer * product_largest(m->sparkle);
         opaque[i] = part * m->opacity;
-        glints[i] = part * eight_max(m->glint[0], eight_max(m->glint[1], m->glint[2]));
+        glints[i] = part * product_largest(m->glint);
         mirrors[i] = part * m->reflection;
         mirrored += mirrors[i];
         sparkled += sparkling;
@@ -193,8 +197,7 @@ EIGHT_STEP void product_common(
     /* where the map of shine is 1, what shines is as strong as the layers' own mean there */
     shining = eight_max(shining, PRODUCT_NONE);
     *common = made[brightest];
-    float full = common->shimmer *
-                 eight_max(common->sparkle[0], eight_max(common->sparkle[1], common->sparkle[2]));
+    float full = common->shimmer * product_largest(common->sparkle);
     float dimmed = full > 0.0f ? eight_min(sparkled / shining / full, 1.0f) : 1.0f;
     for (int k = 0; k < 3; ++k) common->sparkle[k] *= dimmed;
     common->own_highlights = own / shining;

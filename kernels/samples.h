@@ -1,14 +1,10 @@
 /* Helpers of surface.cl and face.cl: samples of planes, eight at a time. light.py has the layout of
- * ROW_STEP_AT, LAST_X_AT and LAST_Y_AT. */
+ * ROW_STEP_AT, LAST_X_AT and LAST_Y_AT; program.py defines SAMPLE. */
 
 #ifndef SAMPLES_H
 #define SAMPLES_H
 
 #include "eight.h"
-
-#ifndef SAMPLE
-#define SAMPLE uchar
-#endif
 
 /* Two adjacent samples, as one number. */
 #define SAMPLES_PAIR_uchar ushort
