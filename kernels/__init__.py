@@ -1,4 +1,7 @@
-"""OpenCL kernels that composite on the planes of a frame."""
+"""OpenCL kernels, and the numpy twins of those that paint.
+
+They make surfaces, products, shares of coats and lines, and paint them on the planes of a frame.
+"""
 
 import os
 

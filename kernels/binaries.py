@@ -43,10 +43,10 @@ def load_binary(context: Any, file: Path) -> Any | None:
 def save_binary(program: Any, file: Path) -> bool:
     """Write a program that is built for the second time; the first time leaves an empty file.
 
-    For a binary PoCL compiles all kernels of the program for any size of work-group, too, which
-    takes 0.1 to 2 s; True where it did. In a container that is thrown away nobody would ever read
-    it. Without a linker this would end the process. Nothing is written when that fails, or when the
-    disk is full.
+    Returns True when it wrote one. For a binary PoCL compiles all kernels of the program for any
+    size of work-group, too, which takes 0.1 to 2 s, and in a container that is thrown away nobody
+    would ever read it. Without a linker this would end the process. Nothing is written when that
+    fails, or when the disk is full.
     """
     # at Ctrl-C PoCL fails without the temporary files that LLVM deletes
     with contextlib.suppress(OSError, cl.Error):

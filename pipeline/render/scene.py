@@ -97,7 +97,7 @@ class FaceScene:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameScene:
-    """A frame, how its codes mean colour, and its faces, largest first; none is ordinary.
+    """A frame, how its codes mean colour, and its faces, largest first; often there are none.
 
     cut: see FrameFaces.
     """
