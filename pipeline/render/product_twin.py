@@ -69,8 +69,7 @@ def material(
     """A product under a light, as the kernel paints it.
 
     amount: 0..1, scales all of the product (strength, intensity).
-    spared: see `sparing`.
-    shade: share of the light that falls on the region.
+    spared: see `sparing`.  shade: share of the light that falls on the region.
     keep_highlights: how much of the skin's own highlights stays on the product, 0..1.
     """
     whole, ceiling = unlit(params), ceiling_of(coding)
@@ -80,17 +79,13 @@ def material(
     gain = [1 + share * (part * strength - 1) for part in _turned(light, to_film)]
     cell, spot, seen = _cells(params, axes)
     fine = 1 - 0.5 * seen  # sparkles that are not seen one by one make a sheen
-    (red, green, blue), (a, b), (c, d) = gain, *axes.turn
-    dark_gain, dark_offset = sparing(spared)
+    (red, green, blue), (r, g, b) = gain, [part * amount for part in gain]
+    (xx, xy), (yx, yy), (dark_gain, dark_offset) = *axes.turn, sparing(spared)
     (r0, g0, b0), (r1, g1, b1), (r2, g2, b2), (r3, g3, b3) = whole.lights
     return Material(
         product=(_lit(r0, red, ceiling), _lit(g0, green, ceiling), _lit(b0, blue, ceiling)),
-        glint=(
-            red * amount * (r1 + r2 * fine),
-            green * amount * (g1 + g2 * fine),
-            blue * amount * (b1 + b2 * fine),
-        ),
-        sparkle=(red * amount * r3 * seen, green * amount * g3 * seen, blue * amount * b3 * seen),
+        glint=(r * (r1 + r2 * fine), g * (g1 + g2 * fine), b * (b1 + b2 * fine)),
+        sparkle=(r * r3 * seen, g * g3 * seen, b * b3 * seen),
         luminance=LUMINANCE,
         opacity=params.opacity * amount,
         texture=params.texture_keep,
@@ -102,7 +97,7 @@ def material(
         reflection=params.reflection * amount,
         fresnel_front=whole.fresnel_front,
         fresnel_rim=whole.fresnel_rim,
-        room=(whole.room * a, whole.room * b, whole.room * c, whole.room * d),
+        room=(whole.room * xx, whole.room * xy, whole.room * yx, whole.room * yy),
         shimmer=whole.shimmer,
         cells=1 / cell,
         spot=spot * spot,
