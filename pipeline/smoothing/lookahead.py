@@ -10,7 +10,6 @@ from collections.abc import Iterator
 
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces, sound_faces, with_faces
-from makeup_video.pipeline.frames.clock import GAP_SECONDS
 from makeup_video.pipeline.smoothing.face_space import (
     PART_OF_COLUMN,
     PART_OF_POSE,
@@ -26,6 +25,7 @@ from makeup_video.pipeline.smoothing.tracks import Tracks
 # Of score and mouth_visible, which must follow within a frame or two: standard deviation of the
 # weight by time here, time constant of the live filter.
 SCORE_SECONDS = 0.025
+_WINDOW_SECONDS = 0.14  # to both sides of a frame: four frames at 30 fps, three at 24
 # (parts, columns) values flattened -> each column from the part that it belongs to.
 _OWN = PART_OF_COLUMN * len(PART_OF_COLUMN) + np.arange(len(PART_OF_COLUMN))
 
@@ -33,27 +33,17 @@ _OWN = PART_OF_COLUMN * len(PART_OF_COLUMN) + np.arange(len(PART_OF_COLUMN))
 class SmoothAhead:
     """FrameFaces -> FrameFaces, a few frames later, without lag.
 
-    The time window reaches `window_seconds` to both sides, but never more than `ahead_frames`
+    The time window reaches _WINDOW_SECONDS to both sides, but never more than `ahead_frames`
     frames. Those frames are held in memory (12 MB each at 2160p, 25 MB with 10 bits), and a
     hardware decoder has only so many pictures to lend. Four frames make nine moments, so noise
     falls to a third; a quarter would take twice the memory. Faces with numbers that are not finite
     are left out.
     """
 
-    def __init__(
-        self,
-        window_seconds: float = 0.14,  # four frames at 30 fps, three at 24
-        ahead_frames: int = 4,
-        gap_seconds: float = GAP_SECONDS,
-    ) -> None:
-        if not window_seconds > 0 or ahead_frames < 0:
-            raise ValueError(
-                "window_seconds must be more than 0 and ahead_frames at least 0, got "
-                f"{window_seconds} and {ahead_frames}"
-            )
-        self.window_seconds, self.ahead_frames = window_seconds, ahead_frames
+    def __init__(self, ahead_frames: int = 4) -> None:
+        self.ahead_frames = ahead_frames
         size = 2 * ahead_frames + 1
-        self._tracks = Tracks(lambda face: _TimeWindow(face, size), gap_seconds)
+        self._tracks = Tracks(lambda face: _TimeWindow(face, size))
         # The frame, its time, and the track and index of each face. A held frame keeps its tracks,
         # so a track that has ended still smooths the frames that it was in.
         self._held: deque[tuple[FrameFaces, float, list[tuple[_TimeWindow, int]]]] = deque()
@@ -66,7 +56,7 @@ class SmoothAhead:
             track = self._tracks.track_of(face, now)
             moments.append((track, track.push(face, now)))
         self._held.append((item, now, moments))
-        if len(self._held) > self.ahead_frames or now - self._held[0][1] >= self.window_seconds:
+        if len(self._held) > self.ahead_frames or now - self._held[0][1] >= _WINDOW_SECONDS:
             return self._release()
         return None
 
@@ -78,7 +68,7 @@ class SmoothAhead:
     def _release(self) -> FrameFaces:
         item, _, moments = self._held.popleft()
         faces = tuple(
-            track.smooth(face, index, self.window_seconds)
+            track.smooth(face, index)
             for face, (track, index) in zip(item.faces, moments, strict=True)
         )
         return with_faces(item, faces)
@@ -108,12 +98,12 @@ class _TimeWindow:
         self._noise.update(self._readings.apart, last, [self._seconds[i] for i in last])
         return index
 
-    def smooth(self, face: Face, index: int, window_seconds: float) -> Face:
+    def smooth(self, face: Face, index: int) -> Face:
         """The face at an index of the ring, smoothed with the moments before and after it."""
         readings, now = self._readings, self._seconds[index]
         score, mouth_visible = self._scores_at(now)
         from_now = [
-            seconds - now if abs(seconds - now) <= window_seconds else math.nan
+            seconds - now if abs(seconds - now) <= _WINDOW_SECONDS else math.nan
             for seconds in self._seconds
         ]
         taps = local_linear_taps(readings.apart, from_now, index, self._noise.variance())

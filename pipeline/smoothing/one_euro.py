@@ -10,6 +10,11 @@ _TOLERANCE = 2.5
 # Variance of the difference between the newest and the filtered value, in units of the noise: all
 # of the newest value's, and some of the filtered value's.
 _DIFFERENCE = 1.5
+_MIN_CUTOFF_HZ = 1.0  # at rest
+_RISE_HZ = 20.0  # how much the cutoff rises for each unit of speed
+# Of the low-pass filter of the speed. Well above the paper's 1 Hz, or a blink would be over before
+# it counts.
+_SPEED_CUTOFF_HZ = 15.0
 
 
 class OneEuro:
@@ -19,28 +24,14 @@ class OneEuro:
     in Interactive Systems", CHI 2012. Two things differ. The speed is that of a part: the root
     mean square over its columns. And its unit is the speed that noise alone would show, so that one
     setting suits a sharp face and a blurred one.
-
-    min_cutoff_hz: the cutoff at rest.
-    rise_hz: how much the cutoff rises for each unit of speed.
-    speed_cutoff_hz: the cutoff of the low-pass filter of the speed; well above the paper's 1 Hz, or
-    a blink would be over before it counts.
     """
 
-    def __init__(
-        self,
-        starts: np.ndarray,
-        counts: np.ndarray,
-        min_cutoff_hz: float,
-        rise_hz: float,
-        speed_cutoff_hz: float,
-    ) -> None:
+    def __init__(self, starts: np.ndarray, counts: np.ndarray) -> None:
         """starts: (R,) first column of each part.
 
         counts: (R,) divisors of its sums of squares.
         """
         self._starts, self._counts = starts, counts
-        self.min_cutoff_hz, self.rise_hz = min_cutoff_hz, rise_hz
-        self.speed_cutoff_hz = speed_cutoff_hz
         self._value: np.ndarray | None = None
         self._speed = np.zeros(0, np.float32)
 
@@ -54,12 +45,12 @@ class OneEuro:
             self._value, self._speed = x.copy(), np.zeros_like(x)
             return np.ones(len(self._starts))
         off = x - self._value
-        share = float(_share(self.speed_cutoff_hz, step_seconds))
+        share = float(_share(_SPEED_CUTOFF_HZ, step_seconds))
         self._speed += np.float32(share) * (off / np.float32(step_seconds) - self._speed)
         squares = np.add.reduceat(self._speed * self._speed, self._starts) / self._counts
         noise = variance * (_DIFFERENCE / step_seconds**2 * share / (2 - share))
         units = np.maximum(np.sqrt(squares / noise) - math.sqrt(_TOLERANCE), 0)
-        shares = _share(self.min_cutoff_hz + self.rise_hz * units, step_seconds)
+        shares = _share(_MIN_CUTOFF_HZ + _RISE_HZ * units, step_seconds)
         widths = np.diff(self._starts, append=len(x))
         self._value += np.repeat(shares, widths).astype(np.float32) * off
         return shares

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces, sound_faces, with_faces
-from makeup_video.pipeline.frames.clock import GAP_SECONDS, EvenTimes
+from makeup_video.pipeline.frames.clock import EvenTimes
 from makeup_video.pipeline.smoothing.face_space import (
     LIPS_PART,
     PART_OF_COLUMN,
@@ -25,23 +25,11 @@ class SmoothLive:
     """FrameFaces -> FrameFaces without delay.
 
     Steady motion lags by a fraction of a frame; jitter at rest falls to a third. Faces with numbers
-    that are not finite are left out. The first three parameters are those of OneEuro.
+    that are not finite are left out.
     """
 
-    def __init__(
-        self,
-        min_cutoff_hz: float = 1.0,
-        rise_hz: float = 20.0,
-        speed_cutoff_hz: float = 15.0,
-        gap_seconds: float = GAP_SECONDS,
-    ) -> None:
-        if not (min_cutoff_hz > 0 and rise_hz >= 0 and speed_cutoff_hz > 0):
-            raise ValueError(
-                "the cutoffs must be more than 0 Hz and rise_hz at least 0, got "
-                f"{min_cutoff_hz}, {speed_cutoff_hz} and {rise_hz}"
-            )
-        options = min_cutoff_hz, rise_hz, speed_cutoff_hz
-        self._tracks = Tracks(lambda face: _Filter(face, *options), gap_seconds, EvenTimes())
+    def __init__(self) -> None:
+        self._tracks = Tracks(_Filter, EvenTimes())
 
     def __call__(self, item: FrameFaces) -> FrameFaces:
         now = self._tracks.advance(item)
@@ -54,9 +42,7 @@ class SmoothLive:
 class _Filter:
     """The filter of one face, and the last moments, which its noise is estimated from."""
 
-    def __init__(
-        self, face: Face, min_cutoff_hz: float, rise_hz: float, speed_cutoff_hz: float
-    ) -> None:
+    def __init__(self, face: Face) -> None:
         self.space = FaceSpace(face)
         self.last_seconds = -math.inf
         # The last reading is the smoothed one: its patch moves to a new crop together with the
@@ -65,13 +51,7 @@ class _Filter:
         self._seconds = [0.0] * NOISE_MOMENTS
         self._scores = np.zeros(2)  # score, mouth_visible
         self._noise = NoiseLevel()
-        self._filter = OneEuro(
-            self.space.key_starts,
-            self.space.key_counts,
-            min_cutoff_hz,
-            rise_hz,
-            speed_cutoff_hz,
-        )
+        self._filter = OneEuro(self.space.key_starts, self.space.key_counts)
         self._count = 0
 
     def smooth(self, face: Face, now: float) -> Face:

@@ -5,7 +5,7 @@ from typing import Generic, Protocol, TypeVar
 
 from makeup_video.pipeline.faces.face import Face, FrameFaces
 from makeup_video.pipeline.faces.track_memory import TrackMemory
-from makeup_video.pipeline.frames.clock import MediaClock
+from makeup_video.pipeline.frames.clock import GAP_SECONDS, MediaClock
 from makeup_video.pipeline.smoothing.face_space import FaceSpace
 
 
@@ -20,7 +20,7 @@ T = TypeVar("T", bound=Track)
 
 
 class Tracks(Generic[T]):
-    """What is remembered of each face. A cut, or an absence of more than gap_seconds, ends it.
+    """What is remembered of each face. A cut, or an absence of more than GAP_SECONDS, ends it.
 
     begin: makes the memory of a new track from its first face.
     even: media time, which always advances -> the time that the tracks keep.
@@ -29,13 +29,12 @@ class Tracks(Generic[T]):
     def __init__(
         self,
         begin: Callable[[Face], T],
-        gap_seconds: float,
         even: Callable[[float], float] = lambda seconds: seconds,
     ) -> None:
         self._begin = begin
         self._even = even
         self._clock = MediaClock()
-        self._tracks: TrackMemory[int, T] = TrackMemory(gap_seconds)
+        self._tracks: TrackMemory[int, T] = TrackMemory(GAP_SECONDS)
 
     def advance(self, item: FrameFaces) -> float:
         """Go on to this frame; returns its time in seconds, evened."""
