@@ -19,15 +19,13 @@ from makeup_video.pipeline.faces.find import (
     fine_sides,
     largest_first,
 )
+from makeup_video.pipeline.faces.follow import carry, expected_pose, relocate
 from makeup_video.pipeline.faces.landmarks import (
     FaceLandmarks,
-    carry,
     detect,
-    expected_pose,
     is_same,
     is_tiny,
     locate,
-    relocate,
     to_face,
 )
 from makeup_video.pipeline.faces.matching import match
@@ -35,7 +33,7 @@ from makeup_video.pipeline.faces.nets import FaceNets, load_nets
 from makeup_video.pipeline.faces.optical_flow import MeasureMotion
 from makeup_video.pipeline.faces.right_way_up import UpsideDown
 from makeup_video.pipeline.faces.similarity import Similarity, distance, iod_of, middle_of
-from makeup_video.pipeline.frames.clock import slot
+from makeup_video.pipeline.frames.clock import is_new_slot, slot
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.scene_cut import CutDetector
 from makeup_video.pipeline.frames.views import FramePicture, Picture
@@ -212,11 +210,11 @@ class FindFaces:
             wait, search = SLOW_DETECT_SECONDS, SLOW_SEARCH_SECONDS
         if missing or not self._followed():
             wait = search
-        return _is_new_slot(seconds, self._last_detection_seconds, wait)
+        return is_new_slot(seconds, self._last_detection_seconds, wait)
 
     def _scene_begins(self, seconds: float) -> bool:
         """True in the first frame that is not flat, but not at each flash of a stroboscope."""
-        if not self._is_cut.begins or not _is_new_slot(
+        if not self._is_cut.begins or not is_new_slot(
             seconds, self._last_begin_seconds, DETECT_SECONDS
         ):
             return False
@@ -234,7 +232,7 @@ class FindFaces:
                 self._detect(picture, seconds, DETECTOR_SIDES_PX, tilt_degrees)
 
     def _fine_is_due(self, picture: Picture, seconds: float) -> bool:
-        is_new = _is_new_slot(seconds, self._last_fine_seconds, FINE_SECONDS)
+        is_new = is_new_slot(seconds, self._last_fine_seconds, FINE_SECONDS)
         return is_new and self.level < QualityLevel.FEWER_DETECTIONS and bool(fine_sides(picture))
 
     def _search(self, picture: Picture, seconds: float) -> None:
@@ -288,14 +286,6 @@ class FindFaces:
             else:
                 self._tracks.append(_Track(self._next_id, face, seconds))
                 self._next_id += 1
-
-
-def _is_new_slot(seconds: float, last: float, length_seconds: float) -> bool:
-    """True when `last`, -inf before the first time, lies in another slot of time than `seconds`.
-
-    A clock that jumps back (a stream that starts again) comes to another slot, too.
-    """
-    return last == -math.inf or slot(seconds, length_seconds) != slot(last, length_seconds)
 
 
 def _is_fresh(track: _Track, seconds: float) -> bool:

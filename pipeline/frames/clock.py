@@ -21,6 +21,14 @@ def slot(seconds: float, length_seconds: float) -> int:
     return math.floor((seconds + _EARLY) / length_seconds)
 
 
+def is_new_slot(seconds: float, last: float, length_seconds: float) -> bool:
+    """True when `last`, -inf before the first time, lies in another slot than `seconds`.
+
+    A clock that jumps back (a stream that starts again) comes to another slot, too.
+    """
+    return last == -math.inf or slot(seconds, length_seconds) != slot(last, length_seconds)
+
+
 class MediaClock:
     """Seconds of the video, from the first frame's on; they always advance, whatever the frames'
     timestamps do."""

@@ -1,3 +1,4 @@
+import math
 from fractions import Fraction
 from itertools import pairwise
 
@@ -5,7 +6,7 @@ import pytest
 from heads import frame
 from hypothesis import example, given
 from hypothesis import strategies as st
-from makeup_video.pipeline.frames.clock import GAP_SECONDS, EvenTimes, MediaClock
+from makeup_video.pipeline.frames.clock import GAP_SECONDS, EvenTimes, MediaClock, is_new_slot
 
 
 @given(st.lists(st.integers(-(10**6), 10**6), max_size=40))
@@ -24,6 +25,15 @@ def test_a_repeated_or_earlier_stamp_counts_as_one_usual_step():
     clock = MediaClock()
     seconds = [clock.tick(frame(pts, Fraction(1, 100))) for pts in (0, 4, 4, 2, 6)]
     assert seconds == pytest.approx([0, 0.04, 0.08, 0.12, 0.16])
+
+
+def test_what_is_due_once_in_a_slot_is_due_in_its_first_frame():
+    last, due = -math.inf, []
+    for number in (0, 1, 2, 3, 4, 7, 8, 1, 2):  # tenths of a second; the clock jumps back once
+        if is_new_slot(number / 10, last, 0.3):
+            due.append(number)
+            last = number / 10
+    assert due == [0, 3, 7, 1]
 
 
 def test_times_are_evened_only_where_frames_come_too_close():

@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from makeup_video.pipeline.faces.crop_layout import CropLayout, lip_patch_to_px
 from makeup_video.pipeline.faces.face import LipPatch
-from makeup_video.pipeline.faces.landmarks import (
-    FaceLandmarks,
+from makeup_video.pipeline.faces.follow import (
     _is_odd,
     _read_parts,
     _steady,
     _steady_number,
     _step_between,
 )
+from makeup_video.pipeline.faces.landmarks import FaceLandmarks
 from makeup_video.pipeline.faces.nets import FaceNets, Parts, load_nets
 from makeup_video.pipeline.faces.similarity import Similarity
 from makeup_video.pipeline.frames.affine import invert
