@@ -26,6 +26,7 @@ TILTS_DEGREES = (-40, 40, 180, 90, -90)
 _FINE_SIDE_PX, _FINE_FROM_PX = 1024, 1600
 MAX_FACES = 32  # bounds the time of a frame
 _SAME_WIDTH = 0.97  # of the widest: faces this wide count as equally large
+_ACROSS = 3  # how much more the place from left to right counts than from top to bottom, by eye
 
 
 def find_faces(rgb8: np.ndarray) -> tuple[Face, ...]:
@@ -90,7 +91,9 @@ def _in_order(faces: list[FaceLandmarks]) -> list[FaceLandmarks]:
     rest, ordered = sorted(faces, key=lambda face: -_area_px2(face)), []
     while rest:
         equal = [face for face in rest if _area_px2(face) > _SAME_WIDTH**2 * _area_px2(rest[0])]
-        ordered += sorted(equal, key=lambda face: 3 * face.xy.mean().real + face.xy.mean().imag)
+        ordered += sorted(
+            equal, key=lambda face: _ACROSS * face.xy.mean().real + face.xy.mean().imag
+        )
         rest = rest[len(equal) :]
     return ordered
 

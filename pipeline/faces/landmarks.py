@@ -32,6 +32,9 @@ _LEAST_SCORES, _LEAST_SCORES_AVERAGE = (0, 0.02, 0.5), (0, 0, 0.02, 0.5)
 # How often the nets of lips and eyes read a face that was located anew, each time at the place that
 # they found before. After three readings its crops hardly move in the frames that follow.
 _READINGS, _READINGS_AVERAGE = 3, 2
+_RESIZED = 0.94, 1.06  # two more sizes of the crop for a mean of several readings, by eye
+_LEAST_SEEN = 0.15  # share of the points' box, each way, that lies in the picture; by eye
+_LEAST_SPAN_PX = MIN_FACE_PX / 3  # of the longer side of that box, by eye
 _SAME_FACE = 0.6  # IOD between the centres of two poses of one face
 _PART_OF_FACE = 1.15, 0.7  # IOD of the larger face, and ratio of sizes: a mouth taken for a face
 # Mean distance, in IOD, between the points of a crop and of the same crop mirrored. 99 % of faces
@@ -165,8 +168,7 @@ def _around(pose: Similarity) -> list[Similarity]:
     """A slightly smaller and a slightly larger pose about the same centre."""
     middle = middle_of(pose)
     return [
-        Similarity(scale * pose.turn, middle - scale * (middle - pose.shift))
-        for scale in (0.94, 1.06)
+        Similarity(scale * pose.turn, middle - scale * (middle - pose.shift)) for scale in _RESIZED
     ]
 
 
@@ -194,7 +196,7 @@ def is_plausible(xy: np.ndarray, picture: Picture) -> bool:
     spans = []
     for along, length in ((xy.real, picture.width_px), (xy.imag, picture.height_px)):
         low, high = float(along.min()), float(along.max())
-        if min(high, length) - max(low, 0) <= 0.15 * (high - low):
+        if min(high, length) - max(low, 0) <= _LEAST_SEEN * (high - low):
             return False
         spans.append(high - low)
-    return max(spans) > MIN_FACE_PX / 3
+    return max(spans) > _LEAST_SPAN_PX

@@ -38,7 +38,9 @@ from makeup_video.pipeline.frames.views import Picture
 
 _RIMS = slice(16, 48)  # of EYE: the two rings around the lids
 _POSE_CENTRES = [0, 3, 4]  # of part_centres: lips and both eyes' rims
-_LEAST_SHARE = 0.2  # of a new mesh in the points that are not painted
+# Of a new mesh in the points that are not painted: the least share, and how the share rises with
+# the mean offset, in units of the one from which on a part has strayed. The latter by eye.
+_LEAST_SHARE, _SHARE_RISE = 0.2, 14
 _MIRRORED = np.array([-1, 1, 1])
 _CELL = 8  # px of the detector's input per cell of its output
 _SIDE_MULTIPLE = 32  # px: the sides of the detector's input are multiples of this
@@ -225,7 +227,7 @@ class FaceNets:
         """
         rest, parts = self.rest_points, self.part_points
         off = (mesh.xy - xy)[rest]
-        share = 14 * float(np.abs(off.view(np.float64)).mean()) / max(strayed_px, 1e-9)
+        share = _SHARE_RISE * float(np.abs(off.view(np.float64)).mean()) / max(strayed_px, 1e-9)
         share = min(max(share, _LEAST_SHARE), 1)
         xy[rest] += share * off
         z[rest] += share * (mesh.z - z)[rest]

@@ -51,6 +51,10 @@ SLOW_DETECT_SECONDS, SLOW_SEARCH_SECONDS = 1.0, 0.32
 REMEMBER_SECONDS = 2.0
 SETTLED_SECONDS = 0.5  # how long a face must keep a new size before the track takes it over
 RETURN_REACH = 1.5  # how far off it may reappear, as of `distance`
+# Ratios of a face's size to the one it had, chosen by eye: within the first two it is as large as
+# before, and beyond the others another face.
+_KEPT_SIZE, _OTHER_SIZE = (0.87, 1.15), (0.5, 2)
+_SPEED_SHARE = 0.5  # of the newest speed in that of a track
 # While no face is followed the picture is searched upright every second time.
 _SEARCHED_DEGREES = tuple(degrees for tilt in TILTS_DEGREES for degrees in (0, tilt))
 
@@ -79,16 +83,18 @@ class _Track:
         self.landmarks, self.last_seconds, self.is_followed = landmarks, seconds, True
         ratio = iod_of(landmarks.pose) / iod_of(self.settled_pose)
         since = seconds - self.settled_seconds
-        if 0.87 < ratio < 1.15 or not 0 <= since < SETTLED_SECONDS:
+        low, high = _KEPT_SIZE
+        if low < ratio < high or not 0 <= since < SETTLED_SECONDS:
             moved = middle_of(landmarks.pose) - middle_of(self.settled_pose)
             speed = moved / since if 0 < since < SETTLED_SECONDS else 0j
-            self.speed += 0.5 * (speed - self.speed)
+            self.speed += _SPEED_SHARE * (speed - self.speed)
             self.settled_pose, self.settled_seconds = landmarks.pose, seconds
 
     def distance_to(self, pose: Similarity, seconds: float) -> float:
         """How far a face is from where this one was, or would be by now: see `distance`; infinite
         for a face of another size."""
-        if not 0.5 < iod_of(pose) / iod_of(self.settled_pose) < 2:
+        low, high = _OTHER_SIZE
+        if not low < iod_of(pose) / iod_of(self.settled_pose) < high:
             return math.inf
         turn, shift = self.settled_pose
         moved = Similarity(turn, shift + self.speed * (seconds - self.settled_seconds))
