@@ -1,5 +1,6 @@
 """Finds the faces of a picture that stands alone; tracker.py follows faces through a video."""
 
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 
 import numpy as np
@@ -14,6 +15,7 @@ from makeup_video.pipeline.faces.landmarks import (
 )
 from makeup_video.pipeline.faces.nets import FaceNets, load_nets
 from makeup_video.pipeline.faces.right_way_up import UpsideDown
+from makeup_video.pipeline.faces.similarity import Similarity
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.views import FramePicture, Picture, RgbPicture
 
@@ -49,25 +51,44 @@ def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
     """The faces of any picture with any nets, and how many faces were too small."""
     found: list[FaceLandmarks] = []
     tiny: list[FaceLandmarks] = []
-    upside_down = UpsideDown(nets, picture, DETECTOR_SIDES_PX, average=True)
     for tilt_degrees in (0, *TILTS_DEGREES):
         sides_px = DETECTOR_SIDES_PX if tilt_degrees else (*DETECTOR_SIDES_PX, *fine_sides(picture))
-        for detection in detect(nets, picture, sides_px, tilt_degrees):
+        detections = detect(nets, picture, sides_px, tilt_degrees)
+        for landmarks in new_faces(nets, picture, detections, [], average=True):
+            (tiny if is_tiny(landmarks.pose) else found).append(landmarks)
             if len(found) >= MAX_FACES:
                 break
-            if any(is_same(detection, other.pose) for other in (*found, *tiny)):
-                continue
-            landmarks = locate(nets, picture, detection, average=True)
-            if landmarks is None:
-                continue
-            landmarks = upside_down.right_way_up(landmarks)
-            if not any(is_same(landmarks.pose, other.pose) for other in (*found, *tiny)):
-                (tiny if is_tiny(landmarks.pose) else found).append(landmarks)
         if found or tiny:
             break
     # Numbers go by size, so they do not depend on scores, nor on how the picture is stored.
     ordered = enumerate(_in_order(found))
     return tuple(to_face(landmarks, picture, index) for index, landmarks in ordered), len(tiny)
+
+
+def new_faces(
+    nets: FaceNets,
+    picture: Picture,
+    detections: Iterable[Similarity],
+    known: Iterable[Similarity],
+    average: bool = False,
+) -> Iterator[FaceLandmarks]:
+    """The faces at these detections, each once, but for those whose poses are known.
+
+    A face that is too small comes, too, so it is not located again at its next detection.
+    average: as of `locate`.
+    """
+    poses = list(known)
+    upside_down = UpsideDown(nets, picture, DETECTOR_SIDES_PX, average)
+    for detection in detections:
+        if any(is_same(detection, pose) for pose in poses):
+            continue
+        found = locate(nets, picture, detection, average)
+        if found is None:
+            continue
+        found = upside_down.right_way_up(found)
+        if not any(is_same(found.pose, pose) for pose in poses):
+            poses.append(found.pose)
+            yield found
 
 
 def fine_sides(picture: Picture) -> tuple[int, ...]:

@@ -7,6 +7,7 @@ the seconds of the video, not by frames.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -18,6 +19,7 @@ from makeup_video.pipeline.faces.find import (
     TILTS_DEGREES,
     fine_sides,
     largest_first,
+    new_faces,
 )
 from makeup_video.pipeline.faces.follow import carry, expected_pose, relocate
 from makeup_video.pipeline.faces.landmarks import (
@@ -25,13 +27,11 @@ from makeup_video.pipeline.faces.landmarks import (
     detect,
     is_same,
     is_tiny,
-    locate,
     to_face,
 )
 from makeup_video.pipeline.faces.matching import match
 from makeup_video.pipeline.faces.nets import FaceNets, load_nets
 from makeup_video.pipeline.faces.optical_flow import MeasureMotion
-from makeup_video.pipeline.faces.right_way_up import UpsideDown
 from makeup_video.pipeline.faces.similarity import Similarity, distance, iod_of, middle_of
 from makeup_video.pipeline.frames.clock import is_new_slot, slot
 from makeup_video.pipeline.frames.frame import Frame
@@ -108,7 +108,7 @@ class FindFaces:
     level: a QualityLevel, which may be set between two frames. From FEWER_DETECTIONS on the
     detector runs less often. From SIMPLER_TRACKING on the nets read each face in every second
     frame; in between, the face moves by its measured motion, where that is reliable.
-    tiny_faces: how many faces were left out because they are too small, counted at each detection.
+    tiny_faces: how many faces were left out because they are too small, counted in each search.
     frames_with_face: how many frames had a face. faces: how many tracks there were.
     """
 
@@ -232,10 +232,10 @@ class FindFaces:
     ) -> None:
         """Search a new scene at every size, and turned when no face is upright."""
         self._last_fine_seconds = seconds
-        self._detect(picture, seconds, (*DETECTOR_SIDES_PX, *fine_sides(picture)))
+        tiny = self._detect(picture, seconds, (*DETECTOR_SIDES_PX, *fine_sides(picture)))
         for tilt_degrees in tilts_degrees:
             if not self._followed():
-                self._detect(picture, seconds, DETECTOR_SIDES_PX, tilt_degrees)
+                tiny += self._detect(picture, seconds, DETECTOR_SIDES_PX, tilt_degrees, tiny)
 
     def _fine_is_due(self, picture: Picture, seconds: float) -> bool:
         is_new = is_new_slot(seconds, self._last_fine_seconds, FINE_SECONDS)
@@ -253,30 +253,35 @@ class FindFaces:
         self._detect(picture, seconds, (side_px,), tilt_degrees)
 
     def _detect(
-        self, picture: Picture, seconds: float, sides_px: tuple[int, ...], tilt_degrees: float = 0
-    ) -> None:
-        """Start to follow the faces that the detector finds and no track follows yet."""
+        self,
+        picture: Picture,
+        seconds: float,
+        sides_px: tuple[int, ...],
+        tilt_degrees: float = 0,
+        known_tiny: Sequence[Similarity] = (),
+    ) -> list[Similarity]:
+        """Start to follow the faces that the detector finds and no track follows yet.
+
+        Returns the poses of those that are too small. known_tiny: such poses that this search has
+        found before.
+        """
         self._last_detection_seconds = seconds
-        upside_down = UpsideDown(self.nets, picture, DETECTOR_SIDES_PX)
         poses = [track.landmarks.pose for track in self._followed()]
         started: list[FaceLandmarks] = []
-        for detection in detect(self.nets, picture, sides_px, tilt_degrees):
-            if len(poses) >= MAX_FACES:
-                break
-            if any(is_same(detection, pose) for pose in poses):
-                continue
-            found = locate(self.nets, picture, detection)
-            if found is None:
-                continue
-            found = upside_down.right_way_up(found)
-            if any(is_same(found.pose, pose) for pose in poses):
-                continue
+        tiny: list[Similarity] = []
+        if len(poses) >= MAX_FACES:
+            return tiny
+        detections = detect(self.nets, picture, sides_px, tilt_degrees)
+        for found in new_faces(self.nets, picture, detections, (*poses, *known_tiny)):
             if is_tiny(found.pose):
-                self.tiny_faces += 1
+                tiny.append(found.pose)
                 continue
             started.append(found)
-            poses.append(found.pose)
+            if len(poses) + len(started) >= MAX_FACES:
+                break
+        self.tiny_faces += len(tiny)
         self._start(started, seconds)
+        return tiny
 
     def _start(self, faces: list[FaceLandmarks], seconds: float) -> None:
         """Follow faces on the tracks of those that were lost a moment ago, or on new tracks.

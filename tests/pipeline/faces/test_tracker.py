@@ -99,6 +99,13 @@ def test_a_small_face_is_picked_up_in_a_large_film():
     assert any(seen)
 
 
+@pytest.mark.parametrize("width", [24, 30, 36])
+def test_a_face_that_is_too_small_counts_once_in_a_search(width):
+    finder = FindFaces()  # whose detector finds it at several sizes of its input, and turned
+    finder(frame_of(put(grey(), face_of(width), 300, 150)))
+    assert finder.tiny_faces == 1
+
+
 @pytest.mark.parametrize("rotation", [90, 180, 270])
 def test_a_phone_held_another_way_is_followed_at_once(rotation):
     turned = [np.ascontiguousarray(np.rot90(picture, rotation // 90)) for picture in clip()[:4]]
