@@ -15,17 +15,11 @@ import numpy as np
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.frames.sampling import remap
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
+from makeup_video.pipeline.render.surfaces.lips import LIP_RINGS
 
 COLUMNS = 16
-# Contours from one corner of the mouth to the other: outside and inside, of both lips.
-_UPPER = (
-    (61, 185, 40, 39, 37, 0, 267, 269, 270, 409, 291),
-    (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308),
-)
-_LOWER = (
-    (61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291),
-    (78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308),
-)
+# Contours from one corner of the mouth to the other, (2, 11) points: outside and inside.
+_UPPER, _LOWER = LIP_RINGS[[0, 3]], LIP_RINGS[[4, 7]]
 # Rows of one lip, in shares of its height from the outer contour: on the skin, and on the lip.
 _ROWS = np.concatenate([np.linspace(-0.9, -0.1, 5), np.linspace(0.08, 0.92, 7)])
 _LEAST_HEIGHT = 0.13  # of the mouth's width: of thin lips, for the rows on the skin
@@ -137,7 +131,7 @@ def flat_lips(neutral: NeutralFace) -> FlatLips:
     soft = cv2.GaussianBlur(neutral.linear, (0, 0), _BLUR_PX)
     points = neutral.face.points_px[:, :2].astype(np.float32)
     width = float(np.linalg.norm(points[61] - points[291]))
-    lines = [[_line(points[list(ids)]) for ids in lip] for lip in (_UPPER, _LOWER)]
+    lines = [[_line(points[ids]) for ids in lip] for lip in (_UPPER, _LOWER)]
     upper, lower = (_lip(soft, outer, inner, width) for outer, inner in lines)
     gaps = [lines[0][1], lines[1][1]], lines[0], lines[1]
     shape = [np.linalg.norm(one - other, axis=1).mean() / width for one, other in gaps]

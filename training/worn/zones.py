@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.topology import LIPS_INNER, LIPS_OUTER
 from makeup_video.pipeline.look.ciede2000 import lab_of
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.reference.neutral_face import PLAIN_SKIN, filled
 
 # Closed contours of the face's points; all but the lips have a mirror image.
 ZONES = {
-    "lips": (61, 185, 40, 39, 37, 0, 267, 269, 270, 409, 291, 375, 321, 405, 314, 17, 84, 181, 91,
-             146),
+    "lips": tuple(LIPS_OUTER.tolist()),
     "lid": (33, 246, 161, 160, 159, 158, 157, 173, 190, 56, 28, 27, 29, 30, 247, 130),
     "crease": (247, 30, 29, 27, 28, 56, 190, 189, 221, 222, 223, 224, 225, 113),
     "brow bone": (113, 225, 224, 223, 222, 221, 55, 65, 52, 53, 46),
@@ -28,8 +28,6 @@ ZONES = {
     "cheek": (116, 117, 118, 101, 36, 205, 187, 123),
 }  # fmt: skip
 EYES = tuple(zone for zone in ZONES if zone not in ("lips", "cheek"))
-_OPENING = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308, 324, 318, 402, 317, 14, 87, 178, 88,
-            95)  # fmt: skip
 _LEAST_PX = 20
 _CLEARLY = 90  # percentile of bare faces
 CANVASES = 5
@@ -58,7 +56,7 @@ def zones_of(rgb8: np.ndarray, face: Face) -> Zones:
     for zone, contour in ZONES.items():
         mask = filled(face, [contour], hw, mirrored=zone != "lips")
         if zone == "lips":
-            mask &= ~filled(face, [_OPENING], hw, mirrored=False)
+            mask &= ~filled(face, [LIPS_INNER], hw, mirrored=False)
         enough = mask.sum() > _LEAST_PX
         found[zone] = np.median(lab[mask], axis=0) - skin if enough else np.full(3, np.nan)
     return found
