@@ -5,13 +5,14 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from makeup_video.kernels.colour import SRGB, to_encoded, to_linear
+from makeup_video.kernels.colour import SRGB, to_encoded
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE, EYE_CORNERS, RIGHT_EYE
 from makeup_video.pipeline.frames.affine import AffineArray, invert
 from makeup_video.pipeline.frames.sampling import pixel_places
 from makeup_video.pipeline.frames.views import Crop, RgbPicture
 from makeup_video.pipeline.reference.flat_lids import FLAT_WH, flat_lids
+from makeup_video.pipeline.reference.photo_light import neutral_table
 from makeup_video.pipeline.render.scene import SceneLight
 
 # The graphics parameters that a net reads, in the order of its output.
@@ -19,7 +20,6 @@ NUMBERS = ("opacity", "red", "green", "blue", "gloss", "gloss_roughness", "refle
 _GLOSS = NUMBERS.index("gloss")
 _GLOSS_UNIT = 4.0  # this gloss is 1 for the net, and the most that it was trained on
 _UNITS = np.array([1, 255, 255, 255, _GLOSS_UNIT, 1, 1], np.float64)
-_DARKEST = 0.05  # least light that is divided out: below it there is only noise
 
 
 def _lips_middle(face: Face) -> np.ndarray:
@@ -125,9 +125,7 @@ def divide_light(rgb8: np.ndarray, light: SceneLight) -> np.ndarray:
     rgb8, in and out: R'G'B' as sRGB encodes it. So a product shows its own colour, whatever the
     light of the photo.
     """
-    gain = np.maximum(light.colour.astype(np.float64) * light.strength, _DARKEST)
-    codes = np.repeat(np.arange(256)[:, None] / 255, 3, axis=1)
-    table = to_encoded(to_linear(codes, SRGB) / gain, SRGB).clip(0, 1)
+    table = to_encoded(neutral_table(light), SRGB).clip(0, 1)
     divided: np.ndarray = cv2.LUT(rgb8, np.rint(255 * table).astype(np.uint8)[None])
     return divided
 

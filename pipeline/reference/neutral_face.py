@@ -5,17 +5,17 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from makeup_video.kernels.colour import SRGB, to_linear, to_xyz
+from makeup_video.kernels.colour import to_xyz
 from makeup_video.pipeline.faces.face import Face, iod_px, moved
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.frames.affine import invert
 from makeup_video.pipeline.frames.sampling import sample
+from makeup_video.pipeline.reference.photo_light import neutral_table
 from makeup_video.pipeline.render.scene import SceneLight
 
 IOD_PX = 120  # distance of the outer eye corners, where the photo is sharp enough
 _MOST_ENLARGED = 2.0
 _MARGIN = 0.35  # around the points of the face, in IOD
-_DARKEST = 0.05  # least light that is divided out: below it there is only noise
 _FAINTEST = 1e-3  # linear light below which there is only noise
 # Skin that hardly anybody makes up, as closed contours of the face's points: forehead, ridge of the
 # nose, and beside the mouth, each with its mirror image.
@@ -63,9 +63,7 @@ def neutral_face(rgb8: np.ndarray, face: Face, light: SceneLight) -> NeutralFace
     to_crop = np.array([[scale, 0, -scale * low[0]], [0, scale, -scale * low[1]]])
     wide, tall = np.ceil((high - low) * scale).astype(int).tolist()
     crop, crop_face = sample(rgb8, invert(to_crop), (wide, tall)), moved(face, to_crop)
-    table = to_linear(np.repeat(np.arange(256)[:, None] / 255, 3, axis=1), SRGB)
-    gain = np.maximum(light.colour.astype(np.float64) * light.strength, _DARKEST)
-    linear = cv2.LUT(crop, (table / gain).astype(np.float32)[None])
+    linear = cv2.LUT(crop, neutral_table(light).astype(np.float32)[None])
     colour = light.colour / light.colour.mean()
     return NeutralFace(crop, linear, crop_face, _skin(linear, crop_face), colour)
 
