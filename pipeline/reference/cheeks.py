@@ -1,12 +1,16 @@
 """The cheeks of a photo, and bare ones: places on the mean face, and how they differ from plain
 skin."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
+from threading import Lock
 
 import cv2
 import numpy as np
+from makeup_video.kernels.face import FaceKernel
+from makeup_video.kernels.program import Device
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.frames.frame import coding_of
 from makeup_video.pipeline.frames.rgb import to_frame
@@ -25,9 +29,9 @@ from makeup_video.pipeline.render.surfaces.face import face_kernel, face_surface
 ACROSS, DOWN, SIDE = (0.0, 1.1), (-0.15, 0.85), 32
 # Where blush may lie.
 _NEAR_ACROSS, _NEAR_DOWN = (0.2, 0.85), (0.02, 0.65)
+_KNOWN = 0.5  # how well bare faces are known there at least
 _BLUR_PX = 1.5  # of the neutral face
 _UNLIKE_SKIN = 0.3  # what a node counts that is seen and unlike skin: blush, or hair
-_SKIN = 0.5  # of a node's likeness to skin, from which it is skin
 # How much a blush of opacity 1 covers, and how much of its own root it adds: measured on bare faces
 # by training/worn/bare_skin.py.
 COVER, RESPONSE = 0.89, 0.91
@@ -58,20 +62,26 @@ class Cheeks:
     def made_up(self) -> np.ndarray:
         """(40, 40) what each node counts where blush is worn: strong blush is unlike skin."""
         seen: np.ndarray = np.maximum(self.skin, _UNLIKE_SKIN * self.visible)
-        counted: np.ndarray = seen * self._where()
+        counted: np.ndarray = seen * self._may_blush()
         return counted
 
     def weights(self) -> np.ndarray:
         """(40, 40) what each node counts: skin where blush may lie."""
-        counted: np.ndarray = self.skin * self._where()
+        counted: np.ndarray = self.skin * self._may_blush()
         return counted
 
-    def _where(self) -> np.ndarray:
-        """(40, 40) bool: where blush may lie, and bare faces are known."""
+    def _may_blush(self) -> np.ndarray:
+        return self.within(_NEAR_ACROSS, _NEAR_DOWN, _KNOWN)
+
+    def within(
+        self, across: tuple[float, float], down: tuple[float, float], known: float
+    ) -> np.ndarray:
+        """(40, 40) bool: the nodes between two distances from the middle and two heights where bare
+        faces are known better than that."""
         beside = np.abs(self.across)
-        near = (beside > _NEAR_ACROSS[0]) & (beside < _NEAR_ACROSS[1])
-        near &= (self.down > _NEAR_DOWN[0]) & (self.down < _NEAR_DOWN[1])
-        there: np.ndarray = near & (self.known() > _SKIN)
+        near = (beside > across[0]) & (beside < across[1])
+        near &= (self.down > down[0]) & (self.down < down[1])
+        there: np.ndarray = near & (self.known() > known)
         return there
 
     def known(self) -> np.ndarray:
@@ -104,8 +114,10 @@ def density(cheeks: Cheeks, shape: Mapping[str, float]) -> np.ndarray:
 
 def see_cheeks(neutral: NeutralFace) -> Cheeks | None:
     """The cheeks of a photo; None for a face too small or seen from the side."""
-    frame, device = to_frame(np.ascontiguousarray(neutral.rgb8[..., ::-1])), open_device("")
-    made = face_surface(neutral.face, frame, coding_of(frame), face_kernel(device))
+    frame = to_frame(np.ascontiguousarray(neutral.rgb8[..., ::-1]))
+    _, kernel, lock = _shared_kernel(os.getpid())
+    with lock:
+        made = face_surface(neutral.face, frame, coding_of(frame), kernel)
     if made is None:
         return None
     surface = made[0]
@@ -113,6 +125,15 @@ def see_cheeks(neutral: NeutralFace) -> Cheeks | None:
     roots = neutral.roots(warp(soft, surface.grid.to_px, surface.grid.size_wh))
     skin = surface.visible * surface.likeness
     return Cheeks(roots, surface.across, surface.down, skin, surface.visible)
+
+
+@cache
+def _shared_kernel(_process_id: int) -> tuple[Device, FaceKernel, Lock]:
+    """The kernel that makes the surfaces of faces, for one thread at a time, and its device, which
+    it does not keep alive. Opening one for each photo takes a hundred times as long as the kernel.
+    A forked process cannot use its parent's."""
+    device = open_device()
+    return device, face_kernel(device), Lock()
 
 
 @lru_cache(maxsize=1)

@@ -51,7 +51,8 @@ class Flush:
 
 def find_flush(cheeks: Cheeks) -> Flush | None:
     """The patch that explains the cheeks best; None when no redder one does."""
-    weights = np.maximum(cheeks.skin, _UNLIKE_SKIN * cheeks.visible) * _near(cheeks)
+    weights = np.maximum(cheeks.skin, _UNLIKE_SKIN * cheeks.visible)
+    weights *= cheeks.within(_ACROSS, _DOWN, _KNOWN)
     at = weights > _LEAST_WEIGHT
     if at.sum() < _LEAST_NODES:
         return None
@@ -71,15 +72,6 @@ def find_flush(cheeks: Cheeks) -> Flush | None:
     if gain[best] < _LEAST_GAIN:
         return None
     return Flush(_SHAPES[best], max(float(red[best]), _PINK * float(blue[best])), float(blue[best]))
-
-
-def _near(cheeks: Cheeks) -> np.ndarray:
-    """(40, 40) bool: the cheeks, where bare ones are known."""
-    beside = np.abs(cheeks.across)
-    near = (beside > _ACROSS[0]) & (beside < _ACROSS[1])
-    near &= (cheeks.down > _DOWN[0]) & (cheeks.down < _DOWN[1])
-    there: np.ndarray = near & (cheeks.known() > _KNOWN)
-    return there
 
 
 def _tint(cheeks: Cheeks, at: np.ndarray) -> np.ndarray:
