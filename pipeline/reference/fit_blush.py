@@ -15,13 +15,12 @@ from makeup_video.pipeline.reference.product_film import likely_share
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
 _OPACITY = 0.5
-# The probability from which all of the opacity is painted, and what share of it is painted of a
-# blush that is hardly likely.
-_ALL_FROM, _UNLIKELY_SHARE = 0.3, 0.6
+_ALL_FROM = 0.3  # probability of blush from which on all of the opacity is painted
+_UNLIKELY_SHARE = 0.6  # what of it is painted where blush is hardly likely
 _OWN_HUE = 0.4  # of the photo's skin, as of TypicalSkin
 _LEAST_RED = 0.02  # by how much more red than green it leaves, in roots of shares of skin
-# By how much more blue than red it leaves a cheek that is no lighter than that: no light does both.
-_LEAST_BLUE, _MOST_LIT = 0.2, 0.03
+_LEAST_BLUE = 0.2  # by how much more blue than red a blue blush leaves at least
+_MOST_LIT = 0.03  # how much lighter the cheek may then be: no light does both
 _DARKER = 0.02  # by how much a blue blush darkens at least
 _OLIVE = 0.9  # less red than this for what it yellows would be an olive or a ruddy cheek
 # What keeps the light on the cheeks at that of plain skin: for a blush as it stands out from plain
@@ -30,26 +29,28 @@ _EVEN = (2.5, 0.2)
 _DARKEST = 0.1  # light on the cheeks, as a share of the one on plain skin
 _STIFF = 1e-4  # keeps the product's root at that of skin
 # Blush is painted more vivid and lighter than it is fitted: it fades over half of its place.
-_VIVID, _LIGHTEN = 1.1, 0.2
+_VIVID = 1.1  # times as vivid
+_LIGHTEN = 0.2  # what of the light that it takes is given back
 _STANDS_OUT = 1.5  # more vivid still: part of a blush is taken for light
 # How much of what a red blush yellows is kept: on skin that is warmer than the photo's it would be
 # orange.
 _YELLOWS = 0.45
-# For the same reason a rose blues more, by that share of what it reddens; what yellows by more than
-# the other share of it is an orange, which does not.
-_BLUES, _YELLOW = 0.05, 0.15
-# A blush that is worn and hardly seen reddens by that at least, as most blushes do: the roots that
-# a rose of opacity 1 adds to those of skin.
-_REDDENS, _ROSE = 0.12, np.array([-0.12, -0.55, -0.48])
-# A blush that stands out from the cheek around it: by how much more red than green one of opacity 1
-# leaves, for the logarithm of that of the light, and at least and at most of it. Faint blush is
-# painted more vivid than it is seen, strong blush less.
-_TINT, _FAINTER, _LEAST_PATCH, _MOST_RED = 0.68, 0.6, 0.1, 0.45
+_BLUES = 0.05  # for the same reason a rose blues more, by this share of what it reddens
+_YELLOW = 0.15  # what yellows by more than this share of it is an orange, which does not
+_REDDENS = 0.12  # by how much a blush that is worn and hardly seen reddens at least, as most do
+_ROSE = np.array([-0.12, -0.55, -0.48])  # what a rose of opacity 1 adds to the roots of skin
+# A blush that stands out from the cheek around it. One of opacity 1 leaves more red than green, by
+# _TINT times the power _FAINTER of how it tints the light, in logarithms: faint blush is painted
+# more vivid than it is seen, strong blush less.
+_TINT = 0.68
+_FAINTER = 0.6
+_LEAST_PATCH = 0.1  # with less, in roots, it is none
+_MOST_RED = 0.45  # the most that it gets, in roots
 _DARK = -0.25  # by how much less light a dark blush leaves, as contours are
 _DARKENS = 0.35  # by how much less light it leaves for what it reddens
-# By how much more blue than green it leaves for what it reddens: more, where only the cheek shows
-# it, and the least and the most.
-_COOLER, _ORANGE, _LILAC = 0.1, -0.8, 0.6
+# By how much more blue than green it leaves, as a share of what it reddens.
+_COOLER = 0.1  # what is added to that where only the cheek around it shows it
+_ORANGE, _LILAC = -0.8, 0.6  # the least and the most
 _RUDDY = -0.4  # what blues less, and does not show beside plain skin, is no blush
 _LEAST_WEIGHT = 0.5  # about ten nodes of skin
 _KIND = KINDS["blush"]

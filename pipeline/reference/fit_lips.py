@@ -22,28 +22,34 @@ from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 # Bare lips, as training/worn/bare_skin.py measures, and how lipstick of opacity 1 shows on them, by
 # what comes across best of real photos (docs/decisions/reference.md).
 FILM = ProductFilm(np.array([0.749, 0.613, 0.678]), np.array(0.92), np.array(0.87))
-_CERTAIN, _LEAST_PX = 0.9, 30  # least weight of the px that count, and least number of such px
+_CERTAIN = 0.9  # least weight of the px that count
+_LEAST_PX = 30  # least number of such px
 # Percentiles of their light, between which they show the lipstick: lighter ones have highlights. By
 # the median of all, lips looked too pale in a blind choice.
-_BETWEEN = (30, 60)
+_SHOWN_PERCENTILES = 30, 60
 _CONTRAST = 0.1  # of roots between a lipstick and bare lips, from which on it is opaque
-_LEAST_OPAQUE, _MOST_OPAQUE = 0.85, 1.0
+_LEAST_OPACITY, _MOST_OPACITY = 0.85, 1.0
 _MOST_REFLECTION = 0.05
 _ROUGHEST = 0.4  # rougher gloss is a veil, and what is seen are highlights
-# Percentiles of the lips' pixels, by their faintest channel, that show highlights; up to which
-# difference of light lips are matte, and by how much more painted lips with a gloss of 1 differ.
-_HIGHLIGHTS, _MATTE, _GLOSSY, _MOST_GLOSS = (75, 99), 0.07, 0.16, 1.2
-_PALE, _PALER = 60.0, 0.5  # L* on typical skin; what is lighter is lighter by this share of it
+# Percentiles of the lips' pixels, by their faintest channel, whose difference shows highlights.
+_HIGHLIGHT_PERCENTILES = 75, 99
+_MATTE = 0.07  # the difference, in linear light, up to which lips are matte
+_GLOSSY = 0.16  # by how much more painted lips with a gloss of 1 differ
+_MOST_GLOSS = 1.2
+_PALE = 60.0  # L* on typical skin above which a lipstick is pale
+_PALER = 0.5  # what is kept of the L* beyond that
 _OWN_HUE = 0.8  # of the photo's skin, as of TypicalSkin: with less a rose is coral, a brown a mauve
-# An even lipstick seems to fade by up to the first of these. What a lipstick fades beyond it, times
-# the second, is its gradient, up to the third: so painted lips fade as in the photo. The fourth is
-# how much less the median of painted lips shows, for the square of the gradient.
-_HARDLY_FADES, _STEEPER, _MOST_GRADIENT, _THINNER = 0.11, 2.8, 0.9, 0.37
+_HARDLY_FADES = 0.11  # how much even lipsticks seem to fade at most
+# The gradient for what a lipstick fades beyond that: so painted lips fade as in the photo.
+_STEEPER = 2.8
+_MOST_GRADIENT = 0.9
+_THINNER = 0.37  # how much less the median of painted lips shows, for the square of the gradient
 # How light and red the border of an even lipstick is beside its middle, in CIELAB: the median of
-# 141 photos. What is darker than that by less is no rim, and by so much more a whole one; and by
-# how much more a rim differs than is seen, since it is narrow.
+# 141 photos.
 _EVEN = np.array([3.5, -3.4, 0.6])
-_HARDLY_DARKER, _DARKER, _NARROW = 4.0, 6.0, 2.5
+_HARDLY_DARKER = 4.0  # by how much darker than that, in L*, a border is still no rim
+_DARKER = 6.0  # by how much more it is a whole one
+_NARROW = 2.5  # how many times as much a rim differs as is seen, since it is narrow
 _DARKEST_RIM = 0.5  # of the lipstick's L*: darker ones would stand out as a black outline
 _SHINE = 0.03  # what gloss 1 adds to the roots of the lips' median
 
@@ -61,7 +67,7 @@ def shown_by_lips(neutral: NeutralFace, pixels: np.ndarray) -> np.ndarray:
     pixels: as of lip_pixels.
     """
     light = pixels @ LUMINANCE
-    dark, bright = np.percentile(light, _BETWEEN)
+    dark, bright = np.percentile(light, _SHOWN_PERCENTILES)
     middle: np.ndarray = neutral.roots(pixels[(light >= dark) & (light <= bright)]).mean(0)
     return middle
 
@@ -80,7 +86,7 @@ def fit_lips(
         return Layer("lipstick", lips, shape)
     seen = shown_by_lips(neutral, pixels)
     contrast = float(np.linalg.norm(seen - FILM.bare))
-    opacity = min(max(contrast / _CONTRAST, _LEAST_OPAQUE), _MOST_OPAQUE)
+    opacity = min(max(contrast / _CONTRAST, _LEAST_OPACITY), _MOST_OPACITY)
     gloss, reflection = _gloss(pixels), min(lips.reflection, _MOST_REFLECTION)
     roughness = min(lips.gloss_roughness, _ROUGHEST)
     skin = TypicalSkin.of(neutral, _OWN_HUE)
@@ -100,7 +106,7 @@ def fit_lips(
 
 def _gloss(pixels: np.ndarray) -> float:
     """The gloss whose highlights, painted, stand out from the lips as these do."""
-    bright, high = np.percentile(pixels.min(1), _HIGHLIGHTS)
+    bright, high = np.percentile(pixels.min(1), _HIGHLIGHT_PERCENTILES)
     return min(max((float(high - bright) - _MATTE) / _GLOSSY, 0.0), _MOST_GLOSS)
 
 

@@ -31,30 +31,34 @@ _EVENED = 0.8  # how much of the light beyond bare eyes is taken for light, and 
 _VIVID = 0.4  # how much more vivid a colour as light as bare eyes is painted than it is seen
 _FAINTEST = 1e-6
 _PALE = 78.0, 82.0  # L* of skin from which on it is a little pale, and wholly
-# How far from skin, in a* and b*, a colour is vivid, and over which distance before it becomes so.
-_VIVID_FROM, _SOFTER = 34.0, 12.0
+_VIVID_FROM = 34.0  # how far from skin, in a* and b*, a colour is vivid
+_SOFTER = 12.0  # over which distance before that it becomes so
 _RED = 8.0  # how much redder than skin a colour is wholly red, in a*
 _CALMER = 0.25  # how much less vivid soft reds and browns become beside pale skin
 _LESS_YELLOW = 0.3  # of what makes soft colours yellower than skin: browns came out orange
 _OWN_HUE = 1.0  # of the photo's skin, as of TypicalSkin: brown stays brown on pale skin
 # Below the eye nothing is redder or yellower than this percentile of the lid, up to that height.
-_WARMEST, _LID_TO = 75, 1.4
-# Red as a share of blue in light that is taken for warm, a little and wholly. In warm light no
-# product is colder than the first percentile of the cells where it lies, which are those with half
-# of its highest density; where the second is green or blue itself, than so many times as much.
-_WARM = 1.0, 1.15
-_COLDEST, _COLD, _DENSE, _COLDER = 5, 25, 0.5, 4.0
-# The probability from which all of the opacity is painted, and what share of it is painted of a
-# shadow that is hardly likely.
-_ALL_FROM, _UNLIKELY_SHARE = 0.3, 0.6
+_WARMEST_PERCENTILE = 75
+_LID_TO = 1.4
+_WARM = 1.0, 1.15  # red as a share of blue in light that is a little warm, and wholly
+# In warm light no product is colder, in a* and in b*, than the coldest of the cells where it lies.
+_DENSE = 0.5  # share of a product's highest density from which on it lies in a cell
+_COLDEST_PERCENTILE = 5  # of a* and b* there: the coldest
+# Where even the cold ones are greener or bluer than grey, it may be so many times as cold as they.
+_COLD_PERCENTILE = 25
+_COLDER = 4.0
+_ALL_FROM = 0.3  # probability of eyeshadow from which on all of the opacity is painted
+_UNLIKELY_SHARE = 0.6  # what of it is painted where eyeshadow is hardly likely
 # The luminance that powder has at least, since its surface reflects light, too. Without it, a black
 # lid that shuts is a hole.
 _BLACK = 0.0116
 _DARK = 0.25  # luminance, as a share of skin's, below which shine looks like dust
-# Colours like brow hair: wholly as dark, and a little, as shares of skin's luminance; less cold,
-# less green and less vivid than that, in b*, a* and chroma. They fade out over these heights.
-_HAIR_DARK, _HAIR_COLD, _HAIR_GREEN, _HAIR_VIVID = (0.125, 0.25), -15.0, -10.0, 35.0
-_BROW = 1.1, 1.7
+# Colours like brow hair, which fade out above the crease.
+_HAIR_DARK = 0.125, 0.25  # shares of skin's luminance: wholly as dark as hair, and a little
+_HAIR_COLD = -15.0  # b* of the bluest of them
+_HAIR_GREEN = -10.0  # a* of the greenest
+_HAIR_VIVID = 35.0  # chroma of the most vivid
+_BROW = 1.1, 1.7  # the heights over which they fade out
 _HARDLY = 0.05  # an opacity up to which a layer is not worth painting
 
 
@@ -137,7 +141,7 @@ def _no_redder_below(seen: np.ndarray, skin: TypicalSkin) -> np.ndarray:
     lab, plain = skin.lab(seen), skin.lab(np.ones(3))
     lit = np.maximum(lab[..., :1], _FAINTEST) / plain[0]  # the darker, the less of a hue is meant
     lid = (lab / lit)[: len(above)][np.ix_(above < _LID_TO, (across > 0) & (across < 1))]
-    warmest = np.percentile(lid.reshape(-1, 3), _WARMEST, axis=0)
+    warmest = np.percentile(lid.reshape(-1, 3), _WARMEST_PERCENTILE, axis=0)
     bound = np.maximum(warmest, plain)[1:] * np.minimum(lit[len(above) :], 1)
     below = lab[len(above) :]
     below[..., 1:] = np.minimum(below[..., 1:], bound)
@@ -154,7 +158,8 @@ def _no_colder(found: Spread, seen: np.ndarray, skin: TypicalSkin, light: np.nda
     for root, density in zip(roots, found.densities, strict=True):
         there = labs[density > _DENSE * density.max()]
         if warm and len(there):
-            coldest, cold = np.percentile(there, (_COLDEST, _COLD), axis=0)
+            percentiles = _COLDEST_PERCENTILE, _COLD_PERCENTILE
+            coldest, cold = np.percentile(there, percentiles, axis=0)
             lab = skin.lab(root)
             colder = np.maximum(np.minimum(coldest, _COLDER * cold) - lab, 0)
             lab[1:] += warm * colder[1:]
