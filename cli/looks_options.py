@@ -172,9 +172,10 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
     def _rows(self, quiet: bool) -> Iterator[WantedLook]:
         """The looks of the catalogue's rows."""
         from makeup_video.cli.many import some_of
+        from makeup_video.pipeline.look.finishes import parse_finish
         from makeup_video.pipeline.look.kinds import PARTS
         from makeup_video.pipeline.look.named import looks_of_catalogue
-        from makeup_video.pipeline.look.options import parse_finish, parse_parts
+        from makeup_video.pipeline.look.options import parse_parts
 
         if self.catalogue is None:
             return

@@ -100,6 +100,17 @@ def place_in_words(layer: Layer, with_place: bool = False) -> str:
     return ", ".join(filter(None, (place, share)))
 
 
+def parse_finish(text: str) -> str:
+    """The finish that "gloss", "Glossy" or "shiny" names. Raises UsageError."""
+    finish = finish_of(text)
+    if finish is None:
+        raise UsageError(
+            f"{option('finish')} must be one of {', '.join(FINISHES)}, got {text!r}"
+            f"{did_you_mean(text, finish_names())}"
+        )
+    return finish
+
+
 def product(colour: Collection[float] | str, finish: str, part: str = "lips") -> GraphicsParams:
     """A product of a colour and a finish, for a part of a look: a key of PARTS, such as "lips".
 
@@ -110,25 +121,15 @@ def product(colour: Collection[float] | str, finish: str, part: str = "lips") ->
     """
     if not isinstance(finish, str):
         raise TypeError(f"a finish is a name such as 'gloss', got {finish!r}")
-    known = finish_of(finish)
-    if known is None:
-        raise UsageError(
-            f"{option('finish')} must be one of {', '.join(FINISHES)}, got {finish!r}"
-            f"{did_you_mean(finish, finish_names())}"
-        )
+    known = parse_finish(finish)
     if part not in PARTS:
         raise UsageError(f"a part is one of {', '.join(PARTS)}, got {part!r}")
-    rgb = rgb_of(colour) if isinstance(colour, str) else colour
+    is_one = "a colour is '#B4002E', a name such as 'darkred', or red, green and blue"
     if not isinstance(colour, Collection):
-        raise TypeError(
-            f"a colour is '#B4002E', a name such as 'darkred', or red, green and blue, got "
-            f"{colour!r}"
-        )
+        raise TypeError(f"{is_one}, got {colour!r}")
+    rgb = rgb_of(colour) if isinstance(colour, str) else colour
     if rgb is None:
-        raise UsageError(
-            f"a colour is '#B4002E', a name such as 'darkred', or red, green and blue, got "
-            f"{colour!r}{like_a_colour(str(colour))}"
-        )
+        raise UsageError(f"{is_one}, got {colour!r}{like_a_colour(str(colour))}")
     if len(rgb) != 3:
         raise UsageError(f"a colour is red, green and blue, got {len(rgb)} numbers")
     red, green, blue = rgb

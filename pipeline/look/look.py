@@ -30,8 +30,8 @@ from makeup_video.pipeline.look.kinds import KINDS, PAINTED
 from makeup_video.pipeline.look.kinds.kind import Kind
 from makeup_video.pipeline.look.params import (
     GraphicsParams,
+    as_python,
     check_number,
-    plain,
     refuse_unknown,
     shown,
 )
@@ -82,10 +82,10 @@ class Layer:
                 f"{type(self.product).__name__}: product('#B4002E', 'gloss', {kind.part!r}) makes "
                 "them"
             )
-        shape, strength = self.shape, plain(self.strength)
+        shape, strength = self.shape, as_python(self.strength)
         if isinstance(shape, Mapping):
             # a copy, since the caller may change its own, and one that nobody can change
-            shape = _Fixed({name: plain(value) for name, value in shape.items()})
+            shape = _Fixed({name: as_python(value) for name, value in shape.items()})
         kind.check_shape(shape, "shape")
         check_number("strength", strength, 0, 1)
         object.__setattr__(self, "shape", shape)
@@ -157,7 +157,7 @@ class Look:
         zone: str = "lid",
         intensity: float = 1.0,
     ) -> None:
-        strength, intensity = plain(strength), plain(intensity)
+        strength, intensity = as_python(strength), as_python(intensity)
         check_number("strength", strength, 0, 1)
         check_number("intensity", intensity, 0, 1)
         (slot,) = (dial for dial in KINDS["eyeshadow"].dials if dial.name == "slot")

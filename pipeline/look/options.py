@@ -4,22 +4,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from makeup_video.pipeline.errors import UsageError, option
-from makeup_video.pipeline.look.finishes import FINISHES, product
+from makeup_video.pipeline.look.finishes import parse_finish, product
 from makeup_video.pipeline.look.kinds import KINDS, PARTS
 from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.look.part_options import COLOUR, layers_of, parse_color, parse_share
 from makeup_video.pipeline.look.words import (
     did_you_mean,
-    finish_names,
-    finish_of,
     part_names,
     part_of,
-    place_of,
+    slot_named,
 )
 
 DEFAULT_PARTS = tuple(PARTS)[:1]  # of a colour without a look
 PARTS_IN_WORDS = f"{', '.join(PARTS)} or several of them, such as {','.join(tuple(PARTS)[:2])}"
-_SHADOW = KINDS["eyeshadow"]  # whose place and strength have options of their own
+_SHADOW = KINDS["eyeshadow"]  # whose zone and strength have options of their own
 _COLOUR = option("color", COLOUR)
 _NOTHING = (
     f"no look given: add {option('ref', 'PHOTO')}, {option('look', 'NAME')}, "
@@ -111,17 +109,6 @@ def check_options(choice: Choice) -> None:
             parse_share(text, option(name))
 
 
-def parse_finish(text: str) -> str:
-    """The finish that "gloss", "Glossy" or "shiny" names. Raises UsageError."""
-    finish = finish_of(text)
-    if finish is None:
-        raise UsageError(
-            f"{option('finish')} must be one of {', '.join(FINISHES)}, got {text!r}"
-            f"{did_you_mean(text, finish_names())}"
-        )
-    return finish
-
-
 def parse_parts(text: str) -> tuple[str, ...]:
     """The parts named in 'lips,eyes', each once, in the registry's order. Raises UsageError."""
     parts = {word: part_of(word) for word in text.split(",")}
@@ -135,8 +122,8 @@ def parse_parts(text: str) -> tuple[str, ...]:
 
 
 def parse_zone(text: str) -> str:
-    """The place of eyeshadow that "outer" or "outer corner" names. Raises UsageError."""
-    slot = place_of(text, _SHADOW)
+    """The zone of eyeshadow that "outer" or "outer corner" names. Raises UsageError."""
+    slot = slot_named(text, _SHADOW)
     if slot is None:
         raise UsageError(
             f"{option('zone')} must be one of {', '.join(_SHADOW.slots)}, got {text!r}"
@@ -172,7 +159,7 @@ def _changed(layer: Layer, part: str, rgb: Sequence[float] | None, finish: str |
 
 
 def _with_dials(look: Look, choice: Choice) -> Look:
-    """The look with the strength, and with the place and the strength of its eyeshadow."""
+    """The look with the strength, and with the zone and the strength of its eyeshadow."""
     if choice.strength is not None:
         look = replace(look, strength=parse_share(choice.strength, option("strength")))
     shadows = look.of(_SHADOW.name)

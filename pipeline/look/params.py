@@ -113,7 +113,7 @@ class GraphicsParams:
 
     def __post_init__(self) -> None:
         for spec in fields(self):
-            value = plain(getattr(self, spec.name))
+            value = as_python(getattr(self, spec.name))
             check_number(spec.name, value, spec.metadata["low"], spec.metadata["high"])
             object.__setattr__(self, spec.name, value)
 
@@ -152,7 +152,7 @@ def refuse_unknown(where: str, values: dict[str, Any], known: Any) -> None:
             )
 
 
-def plain(value: Any) -> Any:
+def as_python(value: Any) -> Any:
     """A number of numpy as one of Python: JSON knows no other."""
     return value.item() if getattr(value, "shape", None) == () else value
 

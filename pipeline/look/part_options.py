@@ -1,6 +1,6 @@
 """What `--lips`, `--eyes` and the options of the other parts say: COLOUR[:WORD...], or `none`.
 
-A word is a finish, a place, a share such as 80%, or a number of the kind's shape such as wing=0.3.
+A word is a finish, a zone, a share such as 80%, or a number of the kind's shape such as wing=0.3.
 Commas separate layers: `--eyes '#5A3A2E:outer:80%,peachpuff:shimmer:lid'`.
 """
 
@@ -20,9 +20,9 @@ from makeup_video.pipeline.look.words import (
     is_none,
     like_a_colour,
     number_of,
-    place_of,
     plain,
     rgb_of,
+    slot_named,
 )
 
 COLOUR = "'#B4002E'"  # as examples spell it: shells take an unquoted # for a comment
@@ -132,10 +132,10 @@ def _spaced(kind: Kind, text: str) -> str:
 
 
 def _is_word(kind: Kind, text: str) -> bool:
-    """Whether a text is a finish, a place or a share, which come after the colour."""
+    """Whether a text is a finish, a zone or a share, which come after the colour."""
     number = number_of(text)
     is_share = number is not None and 0 <= number <= 1
-    return bool(finish_of(text) or place_of(text, kind) or is_share)
+    return bool(finish_of(text) or slot_named(text, kind) or is_share)
 
 
 def _names_of_dials(kind: Kind) -> list[str]:
@@ -151,15 +151,15 @@ def _meaning(kind: Kind, word: str) -> tuple[str, Any]:
         return "strength", parse_share(word, f"{option(kind.part)}: the strength")
     if finish := finish_of(word):
         return "finish", finish
-    if slot := place_of(word, kind):
+    if slot := slot_named(word, kind):
         return "slot", slot
     if (dial := _dial_named(kind, word)) and not dial.is_map:
         raise UsageError(
             f"{option(kind.part)}: {word.strip()} needs a value, as in {_example(dial)}"
         )
-    places = f", a zone ({', '.join(kind.slots)})" if kind.slots else ""
+    zones = f", a zone ({', '.join(kind.slots)})" if kind.slots else ""
     raise UsageError(
-        f"{option(kind.part)}: {word!r} is no finish ({', '.join(FINISHES)}){places}, "
+        f"{option(kind.part)}: {word!r} is no finish ({', '.join(FINISHES)}){zones}, "
         "strength (80%) or NAME=VALUE of its shape"
         f"{did_you_mean(word, [*finish_names(), *kind.slots])}"
     )
@@ -190,7 +190,7 @@ def _dial_value(kind: Kind, name: str, value: str) -> tuple[str, Any]:
 def _checked(kind: Kind, dial: Dial, text: str) -> Any:
     value: Any = text
     if dial.choices:
-        value = place_of(text, kind) or text
+        value = slot_named(text, kind) or text
     elif dial.is_colour:
         rgb = rgb_of(text)
         value = text if rgb is None else hex_of(rgb)

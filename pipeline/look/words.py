@@ -1,9 +1,8 @@
-"""The words that people use for colours, finishes, parts, places and shares, and what they mean.
+"""The words that people use for colours, finishes, parts, zones and shares, and what they mean.
 
 Neither case nor spaces, hyphens and underscores within a word matter: "Brow bone" is `brow_bone`.
 """
 
-import math
 import re
 from collections.abc import Iterable, Mapping
 
@@ -87,7 +86,7 @@ def part_of(word: str) -> str | None:
     return _known(word, {part: _words_of(kind) for part, kind in PARTS.items()})
 
 
-def place_of(word: str, kind: Kind) -> str | None:
+def slot_named(word: str, kind: Kind) -> str | None:
     """The slot of a kind that a word names."""
     return _known(word, {slot: (slot, *kind.slot_words.get(slot, ())) for slot in kind.slots})
 
@@ -97,8 +96,7 @@ def number_of(text: str) -> float | None:
     found = _NUMBER.fullmatch(text.strip())
     if found is None:
         return None
-    number = float(found[1]) / (100 if found[2] else 1)
-    return number if math.isfinite(number) else None
+    return float(found[1]) / (100 if found[2] else 1)
 
 
 def did_you_mean(word: str, names: Iterable[str]) -> str:

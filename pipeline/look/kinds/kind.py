@@ -111,8 +111,8 @@ class Kind:
     shown: the shape with which the documents show what each number of it does.
     most: how many layers of this kind a look may have.
     order: kinds with smaller numbers are painted first.
-    surface: the surface of a face that it is painted on, a key of REGIONS in render/regions.
-    coats: what a layer puts on that surface, given the surface's fields, in the order of painting.
+    surface: the region of a face that it is painted on, a key of REGIONS in render/regions.
+    coats: what a layer puts on a surface of that region, given its fields, in order of painting.
     Densities are drawn once for a look, whatever the face; strokes for every frame.
     is_line: True for a kind whose only coat is drawn with strokes.
     spared: pixels darker than this share of the broad light around them stay bare, unless the

@@ -73,7 +73,7 @@ def test_every_part_has_words_and_no_word_means_two():
 
 def test_no_word_is_both_a_finish_and_a_place():
     for word in words.finish_names():
-        assert all(words.place_of(word, kind) is None for kind in KINDS.values())
+        assert all(words.slot_named(word, kind) is None for kind in KINDS.values())
 
 
 @pytest.mark.parametrize(
@@ -87,8 +87,8 @@ def test_no_word_is_both_a_finish_and_a_place():
         (words.part_of, "lids", "eyes"), (words.part_of, "eyeliner", "liner"),
         (words.part_of, "rouge", "blush"), (words.part_of, "cheeks", "blush"),
         (words.part_of, "nose", None),
-        (lambda word: words.place_of(word, SHADOW), "outer corner", "outer"),
-        (lambda word: words.place_of(word, KINDS["lipstick"]), "lid", None),
+        (lambda word: words.slot_named(word, SHADOW), "outer corner", "outer"),
+        (lambda word: words.slot_named(word, KINDS["lipstick"]), "lid", None),
     ],
 )  # fmt: skip
 def test_usual_words_are_understood(find, word, meaning):
