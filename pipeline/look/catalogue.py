@@ -154,34 +154,13 @@ def rows_in(data: bytes, name: str) -> Iterator[Row]:
 
 
 def _rows(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Row]:
-    def columns(names: list[str]) -> list[str]:
-        counts = Counter(names)
-        missing = [name for name in COLUMNS if counts[name] != 1]
-        if not names:
-            raise CatalogueError(
-                f"{path}, line 1 is empty: a catalogue needs the columns {', '.join(COLUMNS)}"
-            )
-        if missing:
-            raise CatalogueError(
-                f"{path}, line 1: the columns {', '.join(COLUMNS)} are needed once each, separated "
-                f"by commas or semicolons; missing or twice: {', '.join(missing)}"
-            )
-        twice = next((name for name, count in counts.items() if name and count > 1), None)
-        if twice is not None:
-            raise CatalogueError(
-                f"{path}, line 1: the column {twice} stands there twice: leave one out"
-            )
-        kinds.extend(name for name in names if name in KIND_COLUMNS)
-        return names
-
-    kinds: list[str] = []
-    for row in table_rows(lines, path, columns, CatalogueError):
+    for row in table_rows(lines, path, lambda names: _checked(names, path), CatalogueError):
         if row.line > _MOST_LINES:
             raise CatalogueError(
                 f"{path} has more than {_MOST_LINES} lines: give a catalogue of fewer products"
             )
         cells = row.cells
-        kind, parts = _kind(*[cells[name] for name in kinds])
+        kind, parts = _kind(*[text for name, text in cells.items() if name in KIND_COLUMNS])
         rgb = rgb_of_hex(cells["hex"])
         if rgb is None:
             raise CatalogueError(
@@ -190,6 +169,27 @@ def _rows(lines: Iterator[str], path: str | os.PathLike[str]) -> Iterator[Row]:
             )
         shade = Shade(cells["brand"], cells["product"], cells["shade"], rgb, parts)
         yield Row(row, shade, kind)
+
+
+def _checked(names: list[str], path: str | os.PathLike[str]) -> list[str]:
+    """The names of a catalogue's columns. Raises CatalogueError where one is missing or twice."""
+    counts = Counter(names)
+    missing = [name for name in COLUMNS if counts[name] != 1]
+    if not names:
+        raise CatalogueError(
+            f"{path}, line 1 is empty: a catalogue needs the columns {', '.join(COLUMNS)}"
+        )
+    if missing:
+        raise CatalogueError(
+            f"{path}, line 1: the columns {', '.join(COLUMNS)} are needed once each, separated "
+            f"by commas or semicolons; missing or twice: {', '.join(missing)}"
+        )
+    twice = next((name for name, count in counts.items() if name and count > 1), None)
+    if twice is not None:
+        raise CatalogueError(
+            f"{path}, line 1: the column {twice} stands there twice: leave one out"
+        )
+    return names
 
 
 @lru_cache(maxsize=1000)

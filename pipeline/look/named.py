@@ -3,7 +3,7 @@
 import glob
 import os
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -108,19 +108,34 @@ def looks_of_catalogue(
             elif not row.shade.parts:
                 others[row.kind] += 1
                 on_left_out(row.kind)
-    if looks:
-        return looks
+    if not looks:
+        raise _nothing_found(path, where, parts, others, values)
+    return looks
+
+
+def _nothing_found(
+    path: str | os.PathLike[str],
+    where: Sequence[str],
+    parts: Sequence[str],
+    others: Counter[str],
+    values: Mapping[str, Counter[str]],
+) -> CatalogueError:
+    """Why a catalogue gives no look.
+
+    where, parts: as of looks_of_catalogue.  others: the products for no part that its rows are.
+    values: by column, what rows have there that do not meet a condition.
+    """
     if others and not parts:
         which = f" where {' and '.join(where)}" if where else ""
-        raise CatalogueError(
+        return CatalogueError(
             f"{path} has only products that are not painted{which} ({_few(others)}): give some for "
             f"{', '.join(PARTS)}"
         )
     asked = [*where, *(f"{option('parts')} {part}" for part in parts)]
     if not asked:
-        raise CatalogueError(f"{path} has no row: give a catalogue with at least one")
+        return CatalogueError(f"{path} has no row: give a catalogue with at least one")
     there = [f"; {name} is {_few(counts)}" for name, counts in values.items() if counts]
-    raise CatalogueError(
+    return CatalogueError(
         f"{path} has no row that meets {' and '.join(asked)}{''.join(there)}: choose another one"
     )
 

@@ -8,7 +8,6 @@ The folder is the list: a further file is a further look.
 """
 
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -59,8 +58,7 @@ def ready_look(name: str) -> ReadyLook:
         raise TypeError(f"a ready look is given by its name, such as 'cat-eye', got {name!r}")
     found = _named(name)
     if found is None:
-        names = [one.name for one in ready_looks()]
-        raise LookError(f"there is no ready look {name!r}{_instead(name, names)}")
+        raise LookError(f"there is no ready look {name!r}{_instead(name)}")
     return found
 
 
@@ -87,8 +85,7 @@ def load_look(name: str) -> Look:
             f"{name} does not exist: give a look file, or the name of a ready look (`makeup-video "
             "looks`)"
         )
-    names = [one.name for one in ready_looks()]
-    raise LookError(f"there is no look file and no ready look {name!r}{_instead(name, names)}")
+    raise LookError(f"there is no look file and no ready look {name!r}{_instead(name)}")
 
 
 def _is_there(name: str) -> bool:
@@ -100,7 +97,9 @@ def _named(name: str) -> ReadyLook | None:
     return next((one for one in ready_looks() if plain(one.name) == plain(name)), None)
 
 
-def _instead(name: str, names: Sequence[str]) -> str:
+def _instead(name: str) -> str:
+    """What may be meant by a name, and all ready looks, for the end of a message."""
+    names = [one.name for one in ready_looks()]
     meant = did_you_mean(name, names)
     begins = f"{meant} Ready" if meant else "; ready"
     return f"{begins} looks are {', '.join(names)}"
