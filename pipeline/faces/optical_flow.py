@@ -16,9 +16,8 @@ from makeup_video.pipeline.frames.views import FramePicture
 _SIDE = 80  # px of the crop; 64 px follow blinks worse, 128 px follow nothing better
 _SPAN = 1.6  # width of the crop in IOD: lips, eyes and everything that is painted
 _SIZE = (_SIDE, _SIDE)
-_FINEST = (
-    1  # the pyramid level at which the search ends; down to level 0 it takes four times as long
-)
+# The pyramid level at which the search ends; down to level 0 it takes four times as long.
+_FINEST = 1
 _ROWS, _COLUMNS = np.mgrid[:_SIDE, :_SIDE].astype(np.float32)
 # Least correlation of the old crop with the new one, moved back. Below it, the crop shows something
 # else: a hand, or teeth in a mouth that opens.

@@ -12,9 +12,8 @@ import numpy as np
 from makeup_video.pipeline.frames.affine import AffineArray
 
 Points = TypeVar("Points", complex, np.ndarray)
-BELOW_EYES = (
-    0.42  # IOD: how far the centre of a face lies below the midpoint of its outer eye corners
-)
+# IOD: how far the centre of a face lies below the midpoint of its outer eye corners.
+BELOW_EYES = 0.42
 
 
 class Similarity(NamedTuple):
