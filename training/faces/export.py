@@ -23,8 +23,6 @@ from makeup_video.training.faces.model import build, normalise
 from makeup_video.training.faces.train_detector import Detector
 from makeup_video.training.inputs import made_by
 from makeup_video.training.list_hashes import list_hashes
-from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
-from onnxruntime.quantization.shape_inference import quant_pre_process
 from torch import Tensor, nn
 
 # Weights are stored as float16: the outputs change by a tenth of a pixel of the crop at most.
@@ -175,31 +173,6 @@ def halve(path: Path) -> None:
         model.graph.node.insert(0, cast)
     onnx.checker.check_model(model)
     onnx.save(model, path)
-
-
-class Crops(CalibrationDataReader):
-    def __init__(self, crops: np.ndarray) -> None:
-        self.left = iter(crops)
-
-    def get_next(self) -> dict[str, np.ndarray] | None:
-        crop = next(self.left, None)
-        return None if crop is None else {"rgb8": crop[None]}
-
-
-def quantize(path: Path, crops: np.ndarray) -> None:
-    """Convolutions to int8, weights per channel; the heads stay float."""
-    before = from_onnx(path)(crops)
-    part = path.with_suffix(".part")
-    quant_pre_process(str(path), str(part), skip_symbolic_shape=True)
-    quantize_static(
-        str(part), str(path), Crops(crops), quant_format=QuantFormat.QDQ, per_channel=True,
-        activation_type=QuantType.QUInt8, weight_type=QuantType.QInt8,
-        op_types_to_quantize=["Conv", "Add", "Resize"],
-    )  # fmt: skip
-    part.unlink()
-    after = from_onnx(path)(crops)
-    off = np.linalg.norm((before[0] - after[0])[..., :2], axis=-1).mean()
-    print(f"  int8 moves the first output by {off:.5f} on average")
 
 
 def main() -> None:

@@ -11,17 +11,13 @@ import argparse
 import json
 from pathlib import Path
 
-import numpy as np
 import torch
 from makeup_video.training.faces.checkpoint import averaged_weights
-from makeup_video.training.faces.export import Exported, quantize, to_onnx
-from makeup_video.training.inputs import existing, made_by
+from makeup_video.training.faces.export import Exported, to_onnx
+from makeup_video.training.inputs import existing
 from makeup_video.training.list_hashes import list_hashes
 from makeup_video.training.reference.fixed_crops import fixed_crops
 from makeup_video.training.reference.model import ReferenceNet
-from makeup_video.training.reference.rendered_crops import renderer
-
-CALIBRATION = 256  # crops
 
 
 def load(path: Path) -> tuple[str, ReferenceNet]:
@@ -39,12 +35,6 @@ def targets_of(module: Exported, region: str) -> list[list[float]]:
     return module(torch.from_numpy(fixed_crops(region))).round(decimals=5).tolist()
 
 
-def calibration(options: argparse.Namespace, region: str) -> np.ndarray:
-    """Crops as in training, for the ranges of int8."""
-    source = renderer(options.data, options.int8, region, "train", seed=7)
-    return next(source.batches(CALIBRATION, mix=1))[0]
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("checkpoints", type=existing, nargs="+")
@@ -52,13 +42,6 @@ def main() -> None:
     parser.add_argument(
         "--expected", type=Path, help="write what PyTorch computes of fixed crops here"
     )
-    parser.add_argument(
-        "--int8",
-        type=Path,
-        metavar="SHADES",
-        help="quantise to int8, with products of this shade table",
-    )
-    parser.add_argument("--data", type=made_by("reference.prepare"), default="runs/reference.npz")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     expected = {}
@@ -69,8 +52,6 @@ def main() -> None:
         path, module = options.out / f"reference_{region}.onnx", Exported(net)
         to_onnx(module, path, fixed_crops(region), ["targets"], axes)
         expected[region] = targets_of(module, region)
-        if options.int8:
-            quantize(path, calibration(options, region))
     if options.expected:
         options.expected.write_text(json.dumps(expected) + "\n")
     list_hashes(options.out)
