@@ -1,5 +1,6 @@
 """Training geometry: transforms of points must match the transforms of pictures."""
 
+from io import BytesIO
 from pathlib import Path
 
 import cv2
@@ -19,8 +20,10 @@ from makeup_video.training.faces import (
 from makeup_video.training.faces import (
     lip_outlines as lipoutlines,
 )
+from makeup_video.training.faces.augment import jpeg
 from makeup_video.training.faces.infer import crop_to_px, take
 from people import SAMPLES
+from PIL import Image
 
 RNG = np.random.default_rng(0)
 
@@ -56,6 +59,17 @@ def test_stretch_keeps_a_linear_map_exact():
     y, x = np.mgrid[0:h, 0:w]
     # cv2 interpolates in steps of 1/32 of a coarse cell
     assert np.abs(crops.stretch(coarse, (w, h)) - np.dstack([x, y])).max() < 8 / 32
+
+
+@pytest.mark.parametrize("quality", [20, 60])
+def test_jpeg_treats_colours_as_cameras_do(quality):
+    rng = np.random.default_rng(0)
+    red = rng.integers(60, 240, (12, 14, 1)) * np.array([1, 0.1, 0.3])  # fine steps of reds
+    rgb8 = np.kron(red, np.ones((6, 6, 1))).astype(np.uint8)
+    coded = BytesIO()
+    Image.fromarray(rgb8).save(coded, "JPEG", quality=quality, subsampling="4:2:0")
+    off = jpeg(rgb8, quality).astype(int) - np.asarray(Image.open(coded))
+    assert np.abs(off).mean() < 1
 
 
 def test_a_covered_mouth_is_masked_out_and_marked():

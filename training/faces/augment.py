@@ -34,9 +34,18 @@ def photograph(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         picture += sigma * grain(picture.shape, rng, coarse=u[4] < 0.4)
     rgb8 = cv2.LUT(picture.clip(0, 255).astype(np.uint8), tone_curve(rng))
     if u[5] < 0.2:
-        quality = [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(15, 80))]
-        rgb8 = cv2.imdecode(cv2.imencode(".jpg", rgb8, quality)[1], cv2.IMREAD_COLOR)
+        rgb8 = jpeg(rgb8, int(rng.integers(15, 80)))
     return rgb8
+
+
+def jpeg(rgb8: np.ndarray, quality: int) -> np.ndarray:
+    """The picture after compression as JPEG.
+
+    OpenCV takes B'G'R': given R'G'B', it would count red as little in luma as blue, and blur it.
+    """
+    bgr8 = cv2.cvtColor(rgb8, cv2.COLOR_RGB2BGR)
+    data = cv2.imencode(".jpg", bgr8, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
+    return cv2.cvtColor(cv2.imdecode(data, cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
 
 
 def grain(shape: tuple[int, ...], rng: np.random.Generator, coarse: bool) -> np.ndarray:

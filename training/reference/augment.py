@@ -2,7 +2,7 @@
 
 import cv2
 import numpy as np
-from makeup_video.training.faces.augment import grain, light, motion_blur
+from makeup_video.training.faces.augment import grain, jpeg, light, motion_blur
 
 _DISPLAY = 1 / 2.2  # encoded values are about this power of light
 
@@ -45,13 +45,6 @@ def camera(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     if rng.random() < 0.6:
         rgb8 = cv2.LUT(rgb8, _tone(rng))
     return jpeg(rgb8, int(rng.uniform(55, 98))) if rng.random() < 0.8 else rgb8
-
-
-def jpeg(rgb8: np.ndarray, quality: int) -> np.ndarray:
-    """The picture after compression as JPEG."""
-    bgr8 = cv2.cvtColor(rgb8, cv2.COLOR_RGB2BGR)
-    data = cv2.imencode(".jpg", bgr8, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
-    return cv2.cvtColor(cv2.imdecode(data, cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
 
 
 def _tone(rng: np.random.Generator) -> np.ndarray:

@@ -37,9 +37,11 @@ from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.scene import FrameScene, SceneLight
 from makeup_video.pipeline.render.scene_light import light_of
+from makeup_video.training.faces.augment import jpeg
 from makeup_video.training.inputs import existing, made_by
-from makeup_video.training.reference.augment import camera, jpeg, lighting
+from makeup_video.training.reference.augment import camera, lighting
 from makeup_video.training.reference.draw_products import (
+    SPLITS,
     Mixture,
     RealProducts,
     draw_settings,
@@ -245,8 +247,8 @@ def renderer(
     """The renderer of a split: of a mixture for training, else of products never trained on."""
     products = read_products(shades, region)
     chosen: dict[str, Callable[[np.ndarray], Draws]] = {"train": Mixture}
-    index = {"train": 0, "validation": 1, "test": 2}[split]
-    draws = chosen.get(split, RealProducts)(products.values[products.split == index])
+    of_split = products.values[products.split == SPLITS.index(split)]
+    draws = chosen.get(split, RealProducts)(of_split)
     return Renderer(People(data, region, split), region, draws, seed, varied)
 
 

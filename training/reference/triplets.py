@@ -18,7 +18,7 @@ from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
 from makeup_video.pipeline.render.surfaces.lips_twin import lips_surface
 from makeup_video.pipeline.render.surfaces.surface import Edge, Surface
-from makeup_video.training.reference.augment import jpeg
+from makeup_video.training.faces.augment import jpeg
 from makeup_video.training.reference.draw_products import draw_settings, look_of
 from makeup_video.training.reference.people import People
 from makeup_video.training.reference.rendered_crops import (

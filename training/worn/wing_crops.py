@@ -22,6 +22,7 @@ from makeup_video.pipeline.reference.wing import (
     corner_inputs,
 )
 from makeup_video.pipeline.render.apply_look import PaintPictures
+from makeup_video.training.faces.augment import jpeg
 from makeup_video.training.worn.draw_looks import draw_look, read_shades
 from makeup_video.training.worn.prepare import LABELS, labelled_faces, parser_of
 
@@ -51,8 +52,7 @@ def varied(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         small = cv2.resize(rgb8, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
         rgb8 = cv2.resize(small, CORNER_WH, interpolation=cv2.INTER_LINEAR)
     if rng.random() < 0.4:
-        quality = [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(25, 90))]
-        rgb8 = cv2.imdecode(cv2.imencode(".jpg", rgb8, quality)[1], cv2.IMREAD_COLOR)
+        rgb8 = jpeg(rgb8, int(rng.integers(25, 90)))
     x = (rgb8.astype(np.float32) / 255) ** math.exp(rng.normal(0, 0.3))
     x *= np.exp(rng.normal(0, 0.12, 3) + rng.normal(0, 0.15))
     x = x.mean() + (x - x.mean()) * rng.uniform(0.7, 1.4)
