@@ -15,7 +15,7 @@ from makeup_video.training.worn.bare_skin import Response
 from makeup_video.training.worn.draw_looks import draw_look
 from makeup_video.training.worn.evaluate import calibrated
 from makeup_video.training.worn.fit_colours import fit
-from makeup_video.training.worn.prepare import LABELS, pack, painted, rows
+from makeup_video.training.worn.prepare import LABELS, pack, painted, rows, rows_without_labels
 from makeup_video.training.worn.real_photos import BEGIN, END, Worn, section
 from makeup_video.training.worn.scores import UNKNOWN, area_under_curve
 from makeup_video.training.worn.zones import ZONES, Transfer, see
@@ -44,6 +44,16 @@ def test_labels_are_read_and_unusable_faces_left_out(tmp_path):
     )
     known = {path.name: labels for path, labels in rows(tmp_path)}
     assert known == {"a.jpg": [0, UNKNOWN, 1, 0], "c.jpg": [UNKNOWN, 1, UNKNOWN, UNKNOWN]}
+
+
+def test_names_with_commas_and_accents_are_read(tmp_path):
+    names = ["rose, matte.jpg", "\u00e9clat.jpg"]
+    for name in names:
+        (tmp_path / name).touch()
+    table = f'name,lips,shadow,liner,blush,flags\n"{names[0]}",0,1,2,0,\n{names[1]},2,0,0,0,\n'
+    (tmp_path / "worn.csv").write_text(table, encoding="utf-8")
+    assert [path.name for path, _ in rows(tmp_path)] == names
+    assert list(rows_without_labels(tmp_path)) == []
 
 
 @given(st.lists(st.tuples(st.integers(-50, 50), st.booleans()), min_size=2, max_size=40))

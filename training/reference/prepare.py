@@ -23,6 +23,7 @@ from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
 from makeup_video.training.faces.evaluate import CHEEKS, skin_tone
 from makeup_video.training.inputs import existing
 from makeup_video.training.worn.prepare import LABELS, rows
+from makeup_video.training.worn.table import has_table
 
 # As in faces/prepare.py, the last pictures of each source are held out. The first half is for
 # validation, the second half, which no face net was trained on either, for the test.
@@ -200,7 +201,7 @@ def main() -> None:
     kept = np.array([entry is not None for entry in seen])
     labelled = (
         labelled_bare(options.portraits, labels["name"][chosen][kept])
-        if (options.portraits / "worn.csv").exists()
+        if has_table(options.portraits)
         else None
     )
     packed = pack(found, split_of(source[chosen])[kept], labelled)

@@ -7,7 +7,6 @@ there is a wing. Only photos with a clear liner count.
 """
 
 import argparse
-import csv
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,14 +17,14 @@ from makeup_video.pipeline.reference.checks import check_face, choose_face, face
 from makeup_video.pipeline.reference.wing import WING_FROM, wing_numbers
 from makeup_video.training.inputs import existing
 from makeup_video.training.worn.scores import area_under_curve
+from makeup_video.training.worn.table import labelled_rows
 
 
 def labelled(folder: Path) -> Iterator[tuple[Path, bool]]:
     """Photos with a clear liner, and whether it has a wing."""
-    with (folder / "worn.csv").open(newline="", encoding="utf-8") as table:
-        for row in csv.DictReader(table):
-            if row["liner"] == "2":
-                yield folder / row["name"], "w" in row["liner_where"]
+    for row in labelled_rows(folder):
+        if row["liner"] == "2":
+            yield folder / row["name"], "w" in row["liner_where"]
 
 
 def evaluate(folder: Path) -> str:

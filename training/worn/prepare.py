@@ -10,7 +10,6 @@ each input stand the log-odds of the real face's colours (fit_colours.py comes f
 """
 
 import argparse
-import csv
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -29,6 +28,7 @@ from makeup_video.pipeline.render.apply_look import PaintPictures
 from makeup_video.training.inputs import existing
 from makeup_video.training.worn.draw_looks import draw_look, read_shades
 from makeup_video.training.worn.scores import UNKNOWN
+from makeup_video.training.worn.table import has_table, labelled_rows
 
 # The columns of worn.csv, and the kind of makeup that each is about.
 LABELS = dict(zip(("lips", "shadow", "liner", "blush"), WORN, strict=True))
@@ -47,25 +47,22 @@ def rows(folder: Path) -> Iterator[tuple[Path, list[int]]]:
 
     Without worn.csv all are bare.
     """
-    if not (folder / "worn.csv").exists():
+    if not has_table(folder):
         yield from ((path, [0] * len(LABELS)) for path in sorted(folder.glob("*.jpg")))
         return
-    with (folder / "worn.csv").open(newline="") as table:
-        for row in csv.DictReader(table):
-            if set(row["flags"]) & UNUSABLE:
-                continue
-            labels = [{"0": 0, "2": 1}.get(row[name].strip(), UNKNOWN) for name in LABELS]
-            # something is in front: what is not seen is not known to be bare
-            if "h" in row["flags"]:
-                labels = [UNKNOWN if label == 0 else label for label in labels]
-            yield folder / row["name"], labels
+    for row in labelled_rows(folder):
+        if set(row["flags"]) & UNUSABLE:
+            continue
+        labels = [{"0": 0, "2": 1}.get(row[name].strip(), UNKNOWN) for name in LABELS]
+        # something is in front: what is not seen is not known to be bare
+        if "h" in row["flags"]:
+            labels = [UNKNOWN if label == 0 else label for label in labels]
+        yield folder / row["name"], labels
 
 
 def rows_without_labels(folder: Path) -> Iterator[tuple[Path, list[int]]]:
     """The other pictures of a set, of which nothing is known."""
-    table = folder / "worn.csv"
-    text = table.read_text(encoding="utf-8") if table.exists() else ""
-    named = {line.split(",")[0] for line in text.splitlines()}
+    named = {row["name"] for row in labelled_rows(folder)} if has_table(folder) else set()
     for path in sorted(folder.glob("*.jpg")):
         if path.name not in named:
             yield path, [UNKNOWN] * len(LABELS)

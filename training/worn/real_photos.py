@@ -9,7 +9,6 @@ pictures of every photo beside three bare faces that wear its look.
 """
 
 import argparse
-import csv
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -27,6 +26,7 @@ from makeup_video.pipeline.render.apply_look import PaintPictures
 from makeup_video.training.inputs import existing
 from makeup_video.training.worn.prepare import LABELS, UNUSABLE
 from makeup_video.training.worn.scores import area_under_curve
+from makeup_video.training.worn.table import has_table, labelled_rows
 from makeup_video.training.worn.zones import EYES, ZONES, Seen, Transfer, see
 
 BEGIN, END = "<!-- real photographs -->", "<!-- end of real photographs -->"
@@ -84,14 +84,13 @@ def estimated(paths: list[Path]) -> Iterator[tuple[Path, Seen, Estimate]]:
 
 def labels_of(folder: Path) -> dict[str, dict[str, str]]:
     """The rows of worn.csv by name; unusable photos are left out."""
-    with (folder / "worn.csv").open(newline="") as table:
-        return {row["name"]: row for row in csv.DictReader(table) if not set(row["flags"]) & _ODD}
+    return {row["name"]: row for row in labelled_rows(folder) if not set(row["flags"]) & _ODD}
 
 
 def worn_of(folder: Path) -> dict[str, Worn]:
     """By column of worn.csv; a folder without the table is bare."""
     found = {name: Worn() for name in LABELS}
-    if (folder / "worn.csv").exists():
+    if has_table(folder):
         rows = labels_of(folder)
     else:
         rows = {path.name: dict.fromkeys(LABELS, "0") for path in sorted(folder.glob("*.jpg"))}
@@ -245,7 +244,7 @@ def main() -> None:
     looks = [path for folder in options.looks for path in sorted(folder.glob("*.jpg"))]
     bare = sorted(options.bare.glob("*.jpg"))
     transfer = transfer_of(looks[:: options.step], bare, options.sheets)
-    made_up = [worn_of(folder) for folder in options.looks if (folder / "worn.csv").exists()]
+    made_up = [worn_of(folder) for folder in options.looks if has_table(folder)]
     text = section(worn_of(options.labelled), worn_of(options.bare), made_up, transfer)
     print(text)
     if options.page is not None:
