@@ -34,10 +34,10 @@ def take(rgb8: np.ndarray, to_image: np.ndarray, spec: CropSpec, flip: bool = Fa
     return cv2.warpAffine(rgb8, to_px, (w, h), flags=flags, borderMode=cv2.BORDER_REPLICATE)
 
 
-def from_onnx(path: Path) -> Net:
-    """Loads an exported net, on one thread."""
+def from_onnx(path: Path, threads: int = 1) -> Net:
+    """Loads an exported net, on so many threads."""
     options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
+    options.intra_op_num_threads = threads
     session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
     return lambda rgb8: tuple(session.run(None, {"rgb8": rgb8}))
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import onnxruntime
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.frames.views import RgbPicture
@@ -15,6 +14,7 @@ from makeup_video.pipeline.reference.crops import CROPPED, CROPS, read_input, re
 from makeup_video.pipeline.reference.estimate import product_with
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.scene import SceneLight
+from makeup_video.training.faces.infer import from_onnx
 
 Net = Callable[[np.ndarray], np.ndarray]  # (N, H, W, 3) uint8 -> (N, 7) targets
 _TIMED = 30  # runs
@@ -51,15 +51,8 @@ def file_of(folder: Path, region: str) -> Path | None:
 def net_of(path: Path, threads: int = 1) -> Net:
     """Loads a net from a checkpoint or an exported file."""
     if path.suffix == ".onnx":
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = threads
-        run = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
-
-        def from_onnx(rgb8: np.ndarray) -> np.ndarray:
-            targets: np.ndarray = run.run(None, {"rgb8": rgb8})[0]
-            return targets
-
-        return from_onnx
+        run = from_onnx(path, threads)
+        return lambda rgb8: run(rgb8)[0]
     import torch
     from makeup_video.training.reference.export import load
     from makeup_video.training.reference.train import estimates

@@ -12,8 +12,8 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-import onnxruntime
 from makeup_video.pipeline.reference.makeup_input import mirrored
+from makeup_video.training.faces.infer import from_onnx
 from makeup_video.training.inputs import existing
 from makeup_video.training.worn.prepare import LABELS
 from makeup_video.training.worn.scores import UNKNOWN, area_under_curve, logistic
@@ -24,9 +24,9 @@ _RIDGE = 1e-3
 
 def log_odds(net: Path, inputs: np.ndarray) -> np.ndarray:
     """(N, labels): the mean over each picture and its mirror image, as the product takes it."""
-    session = onnxruntime.InferenceSession(str(net), providers=["CPUExecutionProvider"])
+    run = from_onnx(net)  # -> log_odds, numbers
     runs = [
-        session.run(["log_odds"], {"rgb8": both[at : at + 64]})[0]
+        run(both[at : at + 64])[0]
         for both in (inputs, mirrored(inputs))
         for at in range(0, len(inputs), 64)
     ]
