@@ -3,12 +3,14 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.face import PATCH_SPAN
 from makeup_video.pipeline.faces.topology import EYE, LIPS, LIPS_INNER, LIPS_OUTER
 from makeup_video.training.faces.augment import Occluder, harsh, photograph, restyle
+from makeup_video.training.faces.contour import fill
 from makeup_video.training.faces.openings import Openings
 from makeup_video.training.faces.prepare import DEPTH_REACH, FOLDERS
 
@@ -18,6 +20,7 @@ MASK_CERTAINTY = 0.44  # leaves out a sixteenth of `wild`, and hardly any of the
 OUTLINED = 8.0  # how often a mouth outlined by hand is drawn, against another
 HARSH = 0.45  # share of lip crops with light and colours that spoil the border
 LOWER_FACE = 0.55  # IOD below the eyes: what a medical mask may hide
+PIVOT = np.array([0, 0.35])  # IOD below the eyes: a head turns about its centre
 LIPS_AT = {int(point): at for at, point in enumerate(LIPS)}
 
 
@@ -149,6 +152,19 @@ class Batch:
     mask: np.ndarray | None = None
 
 
+class _Placed(NamedTuple):
+    """How faces are turned, and where their crops lie.
+
+    rotation: (N, 3, 3) in depth. sign: (N,), -1 for a mirrored face. tilt: (N, 2, 2), the face's
+    coordinates -> the crop's. centre: (N, 2) of the crop, in IOD of the face as it is turned.
+    """
+
+    rotation: np.ndarray
+    sign: np.ndarray
+    tilt: np.ndarray
+    centre: np.ndarray
+
+
 class Cropper:
     """Draws batches for one net. augment: False for only the small errors of a tracker."""
 
@@ -165,6 +181,12 @@ class Cropper:
 
     def geometry(self, index: np.ndarray) -> dict[str, np.ndarray]:
         """The source of each crop's pixels in picture px, and the targets of its points in IOD."""
+        placed, target = self._draw(index)
+        source = self._source(index, placed)
+        return {"target": target.astype(np.float32), "source": source.astype(np.float32)}
+
+    def _draw(self, index: np.ndarray) -> tuple[_Placed, np.ndarray]:
+        """How faces are turned, where their crops lie, and targets (N, K, 3) of their points."""
         rng, faces, spec, n = self.rng, self.faces, self.spec, len(index)
         # as in a first frame, whose error is larger
         wide = rng.random(n) < (0.25 if self.augment else 0)
@@ -177,12 +199,11 @@ class Cropper:
         flip = rng.random(n) < 0.5
 
         points, grids = faces.points[index].copy(), faces.depth[index]
-        pivot = np.array([0, 0.35])  # IOD below the eyes: the head turns about its centre
-        xy = points[..., :2] - pivot
+        xy = points[..., :2] - PIVOT
         depth = np.concatenate([xy, look_up(grids, points[..., :2])[..., None]], 2)
         turned = depth @ rotation.transpose(0, 2, 1)
         turned[..., 2] += points[..., 2] - depth[..., 2]
-        turned[..., 1] += pivot[1]
+        turned[..., 1] += PIVOT[1]
         sign = np.where(flip, -1.0, 1.0)
         turned[..., 0] *= sign[:, None]
         turned[flip] = turned[flip][:, faces.mirror]
@@ -201,23 +222,29 @@ class Cropper:
             ],
             2,
         )
+        return _Placed(rotation, sign, tilt, centre), target
 
+    def _source(self, index: np.ndarray, placed: _Placed) -> np.ndarray:
+        """Where in the pictures the coarse grids of crops lie, (N, K, 2) px."""
+        faces, spec = self.faces, self.spec
+        rotation, sign, tilt, centre = placed
+        grids = faces.depth[index]
         size = np.array(spec.size_wh, np.float32)
         offset = (self.coarse - (size - 1) / 2) * (spec.span / size[0])  # IOD
         goal = offset @ np.linalg.inv(tilt).transpose(0, 2, 1) + centre[:, None]
         goal[..., 0] *= sign[:, None]
-        goal[..., 1] -= pivot[1]
+        goal[..., 1] -= PIVOT[1]
         straight = np.linalg.inv(rotation[:, :2, :2]).transpose(0, 2, 1)
         away = rotation[:, None, :2, 2]  # how depth moves a point
         here = goal @ straight
         # fixed-point iteration for the position before the turn
         for _ in range(4 if self.augment else 0):
-            z = look_up(grids, here + pivot)[..., None]
+            z = look_up(grids, here + PIVOT)[..., None]
             here = (goal - z * away) @ straight
-        here = here + pivot
+        here = here + PIVOT
         poses = faces.poses[index]
-        source = here @ poses[:, :, :2].transpose(0, 2, 1) + poses[:, None, :, 2]
-        return {"target": target.astype(np.float32), "source": source.astype(np.float32)}
+        source: np.ndarray = here @ poses[:, :, :2].transpose(0, 2, 1) + poses[:, None, :, 2]
+        return source
 
     def lip_mask(self, face: int, source: np.ndarray, at: np.ndarray) -> np.ndarray:
         """(H, W, 4) as in Batch. Without a good mask, only surely bare places are known."""
@@ -349,7 +376,7 @@ def sure_places(at: np.ndarray, size_wh: tuple[int, int], unit: float) -> np.nda
 
     at: (80, 2) px, the points of LIPS. unit: px per IOD. Returns (H, W, 4) as in Batch.
     """
-    outer, inner = 1 - fill(at, LIPS_OUTER, size_wh), fill(at, LIPS_INNER, size_wh)
+    outer, inner = 1 - filled(at, LIPS_OUTER, size_wh), filled(at, LIPS_INNER, size_wh)
     outside = cv2.distanceTransform(outer, cv2.DIST_L2, 3) > 0.07 * unit
     within = cv2.distanceTransform(inner, cv2.DIST_L2, 3) > 0.03 * unit
     opening = within * np.uint8(255)
@@ -357,11 +384,10 @@ def sure_places(at: np.ndarray, size_wh: tuple[int, int], unit: float) -> np.nda
     return np.dstack([opening, opening, unknown, known])
 
 
-def fill(at: np.ndarray, contour: np.ndarray, size_wh: tuple[int, int]) -> np.ndarray:
+def filled(at: np.ndarray, contour: np.ndarray, size_wh: tuple[int, int]) -> np.ndarray:
     """A filled contour of the lips, (H, W) uint8 of 0 and 1. at: (80, 2) px, the points of LIPS."""
     picture = np.zeros(size_wh[::-1], np.uint8)
-    places = at[[LIPS_AT[point] for point in contour]]
-    cv2.fillPoly(picture, [np.rint(places * 16).astype(np.int32)], 1, shift=4)
+    fill(picture, at[[LIPS_AT[point] for point in contour]])
     return picture
 
 

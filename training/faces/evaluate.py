@@ -26,6 +26,7 @@ from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.views import RgbPicture
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
+from makeup_video.training.faces.contour import fill
 from makeup_video.training.faces.topology68 import EYES_68, MOUTH_68, POINTS_68
 from makeup_video.training.inputs import existing
 
@@ -96,8 +97,7 @@ def lip_polygon(points_px: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """The mask between the lip contours, (H, W) bool."""
     mask = np.zeros(shape, np.uint8)
     for contour, value in ((LIPS_OUTER, 1), (LIPS_INNER, 0)):
-        corners = np.rint(points_px[contour, :2] * 16).astype(np.int32)
-        cv2.fillPoly(mask, [corners], value, shift=4)
+        fill(mask, points_px[contour, :2], value)
     return mask > 0
 
 

@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.topology import LIPS, LIPS_INNER, LIPS_OUTER
+from makeup_video.training.faces.contour import fill
 from makeup_video.training.faces.crops import MASK_SPAN, CropSpec
 from makeup_video.training.faces.infer import Net, take
 
@@ -22,7 +23,7 @@ def to_mask_px(points: np.ndarray, to_image: np.ndarray) -> np.ndarray:
 def signed_distance(contour_px: np.ndarray) -> np.ndarray:
     """Signed distance (H, W) in px, positive inside a closed contour (K, 2)."""
     inside = np.zeros(MASK_SPEC.size_wh[::-1], np.uint8)
-    cv2.fillPoly(inside, [np.rint(contour_px * 16).astype(np.int32)], 1, shift=4)
+    fill(inside, contour_px)
     inwards = cv2.distanceTransform(inside, cv2.DIST_L2, 5)
     return inwards - cv2.distanceTransform(1 - inside, cv2.DIST_L2, 5)
 

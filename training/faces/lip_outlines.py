@@ -13,6 +13,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.topology import LIPS
+from makeup_video.training.faces.contour import fill
 
 CONTOURS = Path(__file__).with_name("lip_contours.json")
 FINER = 4  # outlines are drawn this many times larger, then averaged
@@ -56,8 +57,7 @@ def filled(curves: list, size_wh: tuple[int, int], span: float) -> np.ndarray:
     picture = np.zeros((h * FINER, w * FINER), np.uint8)
     middle = (np.array([w, h]) * FINER - 1) / 2
     for curve in curves:
-        corners = spline(curve) * (w * FINER / span) + middle
-        cv2.fillPoly(picture, [np.rint(corners * 16).astype(np.int32)], 255, shift=4)
+        fill(picture, spline(curve) * (w * FINER / span) + middle, 255)
     return cv2.resize(picture, size_wh, interpolation=cv2.INTER_AREA).astype(np.float32) / 255
 
 
