@@ -155,9 +155,10 @@ def free_memory_bytes() -> int:
 def peak_memory_bytes() -> int:
     """The most memory that this process has held so far (its resident set); 0 on Windows."""
     if sys.platform == "linux":
-        # getrusage includes the parent's memory from before exec
-        for line in _lines_of("self/status", "VmHWM:"):
-            return int(line.split()[1]) * 1024
+        # getrusage includes the parent's memory from before exec, but works where /proc is hidden
+        with suppress(OSError, ValueError):
+            for line in _lines_of("self/status", "VmHWM:"):
+                return int(line.split()[1]) * 1024
     if resource is None:
         return 0
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -14,6 +14,7 @@ from makeup_video.pipeline.engine.machine import (
     SHOW_VIDEO,
     check_memory,
     group_limit_bytes,
+    peak_memory_bytes,
 )
 from makeup_video.pipeline.errors import TooLittleMemoryError
 
@@ -99,3 +100,8 @@ def test_with_swap_space_a_control_group_forbids_nothing(system):
 def test_a_system_without_proc_has_no_known_limit(monkeypatch, tmp_path):
     monkeypatch.setattr(machine, "_PROC", tmp_path)
     assert group_limit_bytes() is None
+
+
+def test_without_proc_the_peak_is_that_of_getrusage(monkeypatch, tmp_path):
+    monkeypatch.setattr(machine, "_PROC", tmp_path)
+    assert peak_memory_bytes() >= 1 << 20
