@@ -37,6 +37,10 @@ class Channel(Generic[T]):
         return len(self._items)
 
     @property
+    def _has_ended(self) -> bool:
+        return self._closed or self._cancelled
+
+    @property
     def is_cancelled(self) -> bool:
         """True once `cancel` was called."""
         return self._cancelled
@@ -50,12 +54,12 @@ class Channel(Generic[T]):
         return self._fill_sum / self._sent if self._sent else 0.0
 
     def send(self, item: T) -> None:
-        """Wait for room, then put the item in. Raises ChannelClosed once cancelled."""
+        """Wait for room, then put the item in. Raises ChannelClosed once closed or cancelled."""
         with self._changed:
             waiting = len(self._items)
-            while len(self._items) >= self.capacity and not self._cancelled:
+            while len(self._items) >= self.capacity and not self._has_ended:
                 self._changed.wait()
-            if self._cancelled or self._closed:
+            if self._has_ended:
                 raise ChannelClosed(self.name)
             self._fill_sum += waiting
             self._sent += 1
@@ -74,7 +78,7 @@ class Channel(Generic[T]):
         """
         while True:
             with self._changed:
-                while not self._items and not self._closed and not self._cancelled:
+                while not self._items and not self._has_ended:
                     self._changed.wait()
                 if not self._items or self._cancelled:
                     return
@@ -109,7 +113,7 @@ class NewestChannel(Channel[T]):
     def send(self, item: T) -> None:
         """Put the item in without waiting. Raises ChannelClosed once closed or cancelled."""
         with self._changed:
-            if len(self._items) >= self.capacity:
+            if len(self._items) >= self.capacity and not self._has_ended:
                 self._items.popleft()
                 self.dropped += 1
             super().send(item)

@@ -200,12 +200,10 @@ class LiveRunner:
                 outlet.channel.send(picture)
 
     def _run_sink(self, outlet: Outlet) -> None:
-        goes_on = "; the rest goes on"
         try:
             for picture in outlet.channel:
                 outlet.sink(picture)
                 del picture
-            goes_on = ""  # from here on the run is over
             outlet.sink.finish()
             outlet.is_over = True
         except MakeupVideoError as error:
@@ -214,7 +212,8 @@ class LiveRunner:
             if all(other.error is not None for other in self.outlets):
                 self._fail(error)  # raised by `run`, so not logged here
             else:
-                self._log(f"{type(error).__name__}: {error}{goes_on}")
+                rest = "; the rest goes on" if self._takes_sinks else ""
+                self._log(f"{type(error).__name__}: {error}{rest}")
         except ChannelClosed:
             raise
         except Exception:

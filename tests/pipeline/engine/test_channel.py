@@ -122,3 +122,12 @@ def test_the_newest_channel_never_waits_and_keeps_the_last(items, capacity):
     assert channel.dropped == max(0, len(items) - capacity)
     with pytest.raises(ChannelClosed):
         channel.send(0)
+
+
+def test_what_comes_after_the_end_drops_nothing_that_waits():
+    channel = NewestChannel("test")
+    channel.send("a")
+    channel.close()
+    with pytest.raises(ChannelClosed):
+        channel.send("b")
+    assert list(channel) == ["a"] and channel.dropped == 0

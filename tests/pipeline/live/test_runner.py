@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import pytest
 from live_doubles import Camera, Frames, List, frame, numbers, our_threads, started, until
-from makeup_video.pipeline import EncodeError, InputError, OutputError, StoppedError, UsageError
+from makeup_video.pipeline import EncodeError, InputError, OutputError, StoppedError
 from makeup_video.pipeline.live import runner as live_runner
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE, LivePicture
 from makeup_video.pipeline.live.runner import LiveRunner
@@ -284,66 +284,3 @@ def test_preparing_precedes_frames_and_can_be_stopped(camera, monkeypatch):
 
 def test_the_time_base_of_live_frames_counts_microseconds():
     assert Fraction(1, 10**6) == LIVE_TIME_BASE
-
-
-def test_a_sink_joins_and_leaves_while_the_run_goes_on(camera):
-    first, later = List("first"), List("later", waiting=9)
-    runner = LiveRunner(camera, LivePicture, [first], log=pytest.fail)
-    with pytest.raises(UsageError, match="no live run"):
-        runner.add(List())
-    thread, raised = started(runner)
-    camera.allowed.release()
-    until(lambda: first.pictures)
-    runner.add(later)
-    camera.allowed.release()
-    until(lambda: len(later.pictures) == 1)
-    runner.end(later)
-    until(lambda: later.is_finished)
-    seen = len(first.pictures)
-    camera.allowed.release()
-    until(lambda: len(first.pictures) == seen + 1)
-    assert len(later.pictures) == 1 and not first.is_finished
-    runner.stop()
-    thread.join(20)
-    assert isinstance(raised[0], StoppedError) and first.is_finished
-    assert [outlet.is_over for outlet in runner.outlets] == [True, True]
-    with pytest.raises(UsageError, match="no live run"):
-        runner.add(List())
-
-
-def test_a_sink_that_comes_as_the_run_ends_is_refused(camera):
-    """Nobody would close its channel, and the run would wait for it for ever."""
-    first, refused = List("first"), []
-    runner = LiveRunner(camera, LivePicture, [first], log=pytest.fail)
-    channel = runner.outlets[0].channel
-    close = channel.close
-
-    def join_and_close():
-        with pytest.raises(UsageError, match="no live run"):
-            runner.add(List("late"))
-        refused.append(True)
-        close()
-
-    channel.close = join_and_close
-    thread, _ = started(runner)
-    camera.allowed.release()
-    until(lambda: first.pictures)
-    runner.stop()
-    thread.join(20)
-    assert refused and not thread.is_alive()
-
-
-def test_a_joined_sink_that_fails_leaves_the_others(camera):
-    first, lines = List("first", waiting=9), []
-    runner = LiveRunner(camera, LivePicture, [first], log=lines.append)
-    thread, _ = started(runner)
-    camera.allowed.release()
-    until(lambda: first.pictures)
-    runner.add(List("later", error=OutputError("full")))
-    camera.allowed.release()
-    until(lambda: lines)
-    assert "full; the rest goes on" in lines[0]
-    camera.allowed.release()
-    until(lambda: len(first.pictures) == 3)
-    runner.stop()
-    thread.join(20)
