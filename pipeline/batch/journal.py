@@ -24,6 +24,7 @@ from makeup_video.pipeline.batch.job import Done, Failed, Identity, Job, JobLook
 from makeup_video.pipeline.errors import MakeupVideoError, UsageError, option
 from makeup_video.pipeline.files.output_file import write_errors
 from makeup_video.pipeline.files.part_file import lock_file
+from makeup_video.pipeline.files.relative import seen_from
 
 _BEGINS = b'{"event": "'
 # What a line of each event holds, beside the output and its key.
@@ -117,9 +118,7 @@ class Journal:
 
     def _name(self, file: str) -> str:
         """A file as lines name it: relative to the journal, so that a folder can be moved."""
-        with contextlib.suppress(ValueError):  # it is on another drive
-            file = os.path.relpath(os.path.abspath(file), self.path.absolute().parent)
-        return Path(file).as_posix()
+        return seen_from(self.path.absolute().parent, file).as_posix()
 
     def _append(self, lines: list[Entry]) -> None:
         text = "".join(json.dumps(line) + "\n" for line in lines)

@@ -2,7 +2,6 @@
 
 import base64
 import html
-import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from urllib.parse import quote
@@ -10,6 +9,7 @@ from urllib.parse import quote
 from makeup_video.pipeline.batch.job import Done, Job, JobLook, Result
 from makeup_video.pipeline.errors import MakeupVideoError, UsageError, option
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
+from makeup_video.pipeline.files.relative import seen_from
 
 _MARK = '<meta name="generator" content="makeup-video batch">'
 _HEAD = f"""<!DOCTYPE html>
@@ -123,5 +123,7 @@ def _picture(jpeg: bytes | None) -> str:
 
 
 def _link(folder: Path, file: str) -> str:
-    path = Path(os.path.relpath(os.path.abspath(file), folder.absolute())).as_posix()
-    return f'<a href="{quote(path, errors="surrogateescape")}">{html.escape(Path(file).name)}</a>'
+    path = seen_from(folder, file)
+    is_far = path.is_absolute()  # on another drive
+    link = path.as_uri() if is_far else quote(path.as_posix(), errors="surrogateescape")
+    return f'<a href="{link}">{html.escape(Path(file).name)}</a>'

@@ -64,6 +64,18 @@ def test_a_page_shows_every_result_and_needs_no_other_file(tmp_path):
     assert not re.search(r'(src|href)="(https?:|//|/)', text)
 
 
+def test_links_lead_to_another_drive_as_well(monkeypatch, tmp_path):
+    def elsewhere(path, start):
+        raise ValueError("path is on mount 'D:', start on mount 'C:'")
+
+    monkeypatch.setattr("os.path.relpath", elsewhere)
+    job, results = batch(tmp_path)
+    write_page(tmp_path / "index.html", [job], results)
+    page = Reader((tmp_path / "index.html").read_text(encoding="utf-8"))
+    assert page.links[0].startswith("file:///")
+    assert unquote(page.links[0].removeprefix("file://")) == str(tmp_path / NASTY)
+
+
 def test_errors_are_put_into_the_words_of_the_reader(tmp_path):
     job, results = batch(tmp_path)
     page = Reader(page_of(tmp_path, [job], results, lambda error: "what I say"))
