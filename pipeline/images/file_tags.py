@@ -99,7 +99,8 @@ def with_file_tags(data: bytes, kind: str, tags: FileTags) -> tuple[bytes, list[
         data = data[:_IHDR_END] + blocks + data[_IHDR_END:]
     elif kind == "jpeg":
         if tags.per_metre is not None:
-            across, down = (min(round(count * 0.0254), 65535) for count in tags.per_metre)
+            # JFIF forbids a density of 0
+            across, down = (max(1, min(round(one * 0.0254), 65535)) for one in tags.per_metre)
             density = struct.pack(">BHH", 1, across, down)
             data = data[: _DENSITY.start] + density + data[_DENSITY.stop :]
         data = data[:_JFIF_END] + blocks + data[_JFIF_END:]
@@ -143,7 +144,7 @@ def _tags_of_png(data: bytes) -> FileTags:
             lost = ("IPTC: it is not read from a PNG",)
         elif name == _RESOLUTION and len(content) == 9:
             across, down, unit = struct.unpack(">IIB", content)
-            per_metre = (across, down) if unit == 1 else None
+            per_metre = (across, down) if unit == 1 and across and down else None
     names = [name for name in dict.fromkeys(names) if name]
     return FileTags("png", tuple(names), blocks, per_metre, lost)
 

@@ -1,8 +1,9 @@
 """Turns HDR pictures into SDR with FFmpeg's filters and a colour table of our own."""
 
-import os
 import tempfile
+from contextlib import ExitStack
 from fractions import Fraction
+from pathlib import Path
 
 import av
 import numpy as np
@@ -41,11 +42,8 @@ class ToSdr:
             peak,
         )
         self._tick = picture.time_base or Fraction(1, 1000)
-        path = _write(table)
-        try:
-            self._graph = self._chain(picture, pix_fmt, path)
-        finally:
-            os.unlink(path)
+        with ExitStack() as stack:  # the graph has read the table once it is configured
+            self._graph = self._chain(picture, pix_fmt, _written(table, stack))
 
     def __call__(self, picture: av.VideoFrame) -> av.VideoFrame:
         picture.time_base = picture.time_base or self._tick
@@ -80,11 +78,15 @@ class ToSdr:
         return graph
 
 
-def _write(table: np.ndarray) -> str:
-    """Write a .cube file (Adobe's Cube LUT specification 1.0) to the folder for temporary files."""
+def _written(table: np.ndarray, stack: ExitStack) -> str:
+    """Write a .cube file (Adobe's Cube LUT specification 1.0) to a folder for temporary files.
+
+    stack: its end removes what was written, also where the disk was full.
+    """
     lines = (f"{red:.5f} {green:.5f} {blue:.5f}\n" for red, green, blue in table.tolist())
     try:
-        with tempfile.NamedTemporaryFile("w", suffix=".cube", delete=False) as file:
+        path = Path(stack.enter_context(tempfile.TemporaryDirectory()), "table.cube")
+        with path.open("w") as file:
             file.write(f"LUT_3D_SIZE {_SIZE}\n")
             file.writelines(lines)
     except OSError as error:
@@ -92,4 +94,4 @@ def _write(table: np.ndarray) -> str:
             f"{tempfile.gettempdir()} takes no temporary file ({error.strerror}), which the "
             "conversion to SDR needs: free 10 MB there"
         ) from error
-    return file.name
+    return str(path)

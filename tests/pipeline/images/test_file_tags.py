@@ -46,6 +46,15 @@ def test_the_resolution_of_prints_is_kept_or_reported(tmp_path, start, end, dpi)
         assert info_of(dst)["dpi"] == pytest.approx(dpi, abs=0.02)
 
 
+@pytest.mark.parametrize(
+    ("per_metre", "density"), [((10, 10), (1, 1, 1)), ((0, 0), (0, 1, 1)), ((0, 99), (0, 1, 1))]
+)
+def test_a_jpeg_never_has_a_density_of_0(tmp_path, per_metre, density):
+    src = png_with(tmp_path / "in.png", chunk(b"pHYs", struct.pack(">IIB", *per_metre, 1)))
+    process_video(src, tmp_path / "out.jpg")
+    assert struct.unpack(">BHH", (tmp_path / "out.jpg").read_bytes()[13:18]) == density
+
+
 @pytest.mark.parametrize("dpi", [72, 96])
 def test_a_resolution_that_programs_invent_is_no_loss(tmp_path, dpi):
     Image.fromarray(scene()).save(tmp_path / "in.jpg", dpi=(dpi, dpi))

@@ -71,6 +71,20 @@ def test_no_room_for_the_table_is_one_line(monkeypatch, tmp_path):
         ToSdr(frame, "yuv420p")
 
 
+def test_a_full_disk_keeps_no_piece_of_the_table(monkeypatch, tmp_path):
+    resource = pytest.importorskip("resource")
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    frame, *_ = hdr_frame(np.full((48, 64, 3), 0.5), PQ)
+    allowed = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, allowed[1]))
+    try:
+        with pytest.raises(OutputError, match="takes no temporary file"):
+            ToSdr(frame, "yuv420p")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, allowed)
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("name", ["a:b", "it's", "a,b;[c]", "a\\b", "a=b %d"])
 def test_the_folder_of_temporary_files_may_have_any_name(monkeypatch, tmp_path, name):
     (tmp_path / name).mkdir()
