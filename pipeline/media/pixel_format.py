@@ -155,7 +155,6 @@ class ConvertPixelFormat:
                 f"{self._to_sdr.peak_nits:.0f} cd/m2) -> SDR by the tone curve of ITU-R "
                 "BT.2390"
             )
-        picture = self._converted(picture, name)
         size, padded = (picture.width, picture.height), self._padded_wh(picture)
         if padded != size:
             self.conversions.append(

@@ -27,20 +27,17 @@ Progress = Callable[[int, int | None, Fraction], None]
 
 @dataclass(frozen=True, slots=True)
 class Film:
-    """A video that becomes one output.  bytes_in: size of the input, which may be renamed later."""
+    """A video that becomes one output."""
 
     source: VideoSource
     output: Path
-    bytes_in: int
     muxer: Muxer
     decoder: Decoder
     encoder: VideoEncoder
 
     def report(self) -> Report:
         """As film_report."""
-        report = film_report(self.source, self.output, self.decoder, self.encoder, self.muxer)
-        report.bytes_in = self.bytes_in
-        return report
+        return film_report(self.source, self.output, self.decoder, self.encoder, self.muxer)
 
 
 @contextmanager
@@ -52,13 +49,12 @@ def begin_film(
     Raises UsageError, OutputError.
     """
     encoding = choose_encoding(source, output, settings)
-    bytes_in = source.container.size
     muxer = open_muxer(source, output, encoding, settings, settings.on_whole)
     try:
         decoder = open_decoder(source, encoding, muxer, settings)
         encoder = encoding.encoder(muxer, source, settings.encoder_threads)
         with closing(decoder):
-            yield Film(source, output, bytes_in, muxer, decoder, encoder)
+            yield Film(source, output, muxer, decoder, encoder)
     except BaseException:
         if not muxer.is_finished:
             muxer.abort()
@@ -100,7 +96,10 @@ def channel_frames(source: VideoSource) -> int:
 def film_report(
     source: VideoSource, output: Path, decoder: Decoder, encoder: VideoEncoder, muxer: Muxer
 ) -> Report:
-    """The report of a finished video, without what the stages and channels know."""
+    """The report of a finished video, without what the stages and channels know.
+
+    source: still open, since by now its name may lead to another file.
+    """
     stats = decoder.stats
     return Report(
         source=str(source.path),
@@ -123,6 +122,7 @@ def film_report(
         conversions=list(decoder.convert.conversions),
         media_seconds=float(decoder.media_seconds),
         first_packet_unix_seconds=encoder.first_packet_at,
+        bytes_in=source.container.size,
         bytes_out=muxer.bytes_out,
     )
 

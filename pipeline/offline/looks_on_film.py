@@ -175,7 +175,6 @@ class _Film:
         times = {name: one for name, one in runner.times.items() if name != "outputs"}
         report = film_report(source, path, self.decoder, sink.encoder, self._muxers[at])
         add_times(report, times | sink.times, runner.channels)
-        report.bytes_in = source.container.size
         if composite is not None:
             self.faces.count(report)
             count_painted(composite, report)

@@ -13,7 +13,7 @@ from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.media.decode import DecodeStats
+from makeup_video.pipeline.media.decode_stats import DecodeStats
 from makeup_video.pipeline.media.duration import check_start
 from makeup_video.pipeline.media.input_file import open_video
 from makeup_video.pipeline.media.join import Join
@@ -67,7 +67,7 @@ def process_in_segments(
             if lost:
                 film.muxer.drop(lost[0])  # the others are its continuations
             join.finish([result.file for result in painted.results])
-    report = film.report()
+        report = film.report()
     clock.write(report)
     _add(report, painted, look, settings)
     return report
