@@ -40,11 +40,6 @@ class SteadySound:
         self.count = 0  # samples that went out
         self.silent = 0
 
-    @property
-    def seconds(self) -> float:
-        """How much sound went out."""
-        return self.count / RATE
-
     def add(self, block: SoundBlock) -> Iterator[np.ndarray]:
         """Yield the next samples of the sequence, (channels, N) float32; N may be 0.
 

@@ -247,10 +247,10 @@ def _default_codec(container: str, *, deep: bool, alpha: bool) -> VideoCodec:
     return CODECS["hevc" if deep else "h264"]
 
 
-def codecs_with(fits: Callable[[VideoCodec], bool], last: str = "or") -> str:
+def codecs_with(fits: Callable[[VideoCodec], bool]) -> str:
     """The names of the codecs that fit, for messages: "h264, hevc or av1"."""
     *names, final = (codec.name for codec in CODECS.values() if fits(codec))
-    return f"{', '.join(names)} {last} {final}" if names else final
+    return f"{', '.join(names)} or {final}" if names else final
 
 
 def encoder_options(codec: VideoCodec, crf: int | None, preset: str | None) -> dict[str, str]:

@@ -40,13 +40,8 @@ class SoundEncoder:
             context.flags |= av.codec.context.Flags.global_header
 
     @property
-    def seconds(self) -> float:
-        """How much sound was written."""
-        return self._steady.seconds
-
-    @property
     def silent_seconds(self) -> float:
-        """How much of it is silence that was filled in because nothing came."""
+        """How much silence was filled in because nothing came."""
         return self._steady.silent / RATE
 
     def __call__(self, until_seconds: float) -> Iterator[Any]:

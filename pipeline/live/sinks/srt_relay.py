@@ -57,11 +57,10 @@ class SrtRelay:
 
 def needs_relay(url: str) -> bool:
     """True when PyAV's FFmpeg lacks the protocol of the URL. Nothing is connected."""
-    scheme = urlsplit(url).scheme.lower()
-    if scheme != "srt":
+    if urlsplit(url).scheme.lower() != "srt":
         return False  # every build has the other protocols
     try:
-        av.open(f"{scheme}:").close()
+        av.open("srt:").close()
     except av.error.ProtocolNotFoundError:
         return True
     except (av.FFmpegError, OSError):

@@ -42,7 +42,6 @@ class Stream:
     the pictures.
     url: rtmp://, rtmps://, srt:// or udp://, opened with the first picture. Messages show only its
     scheme and host, since the rest may contain a key.
-    bit_rate: bits per second; None chooses one for the size.
     rate: expected frames per second.
     sound: the run's sound, which is sent as well; None: no sound.
     log: called with a line of text when the receiver is away, and when it is back.
@@ -58,14 +57,13 @@ class Stream:
         *,
         log: Callable[[str], None],
         rate: Fraction | float = 30,
-        bit_rate: int | None = None,
         sound: SoundTap | None = None,
     ) -> None:
         self.name, self._format = _checked(url)
         self._url, self._log = url, log
         self._relay_program = relay_program(self.name) if needs_relay(url) else None
         self._rate = Fraction(rate).limit_denominator(1001)
-        self._bit_rate, self._sound = bit_rate, sound
+        self._sound = sound
         self._connection: _Connection | None = None
         self._pause = 1.0
         self._next_try = 0.0
@@ -138,7 +136,7 @@ class Stream:
             self._connection = None
 
     def _connect(self, frame: Frame) -> "_Connection":
-        bit_rate = self._bit_rate or bit_rate_for(frame.width_px * frame.height_px)
+        bit_rate = bit_rate_for(frame.width_px * frame.height_px)
         relay = self._relay_program and SrtRelay(self._relay_program, self._url)
         return _Connection(
             self._url, self._format, relay or None, frame, self._rate, bit_rate, self._sound

@@ -99,7 +99,7 @@ class DeviceCamera:
     is back.
     dropped: number of pictures that were old when they were read, or that were never fetched,
     counted from the call of `frames` on.
-    damaged: number of packets that could not be decoded.
+    damaged: number of packets that could not be decoded; no page and no line shows it.
     rate: frames per second, as far as the camera declares a rate.
     notice: what the user should know now, "" when all is well.
     path: None, since no file is played.
@@ -202,7 +202,7 @@ class DeviceCamera:
                 return self._open()
             except InputError:
                 continue
-        return _NoCamera()
+        return None  # the run ended first
 
     def _read(self, container: Any) -> None:
         """Read packets until the camera fails, ends or is closed."""
@@ -316,12 +316,6 @@ class DeviceCamera:
             differs.append(f"{pixels}, not {request.pixels}")
         if differs:
             self._log(f"camera {self.name} gives {'; '.join(differs)}")
-
-
-class _NoCamera:
-    """Stands for a camera that did not come back before the run ended."""
-
-    def close(self) -> None: ...
 
 
 def _system() -> str:
