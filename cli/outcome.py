@@ -155,6 +155,6 @@ def print_summary(report: "Report", quiet: bool, more: str = "") -> None:
 
 
 def _part_of(output: Path) -> Path:
-    from makeup_video.pipeline.files.output_file import part_path, target_of
+    from makeup_video.pipeline.files.output_file import part_of
 
-    return part_path(target_of(output))
+    return part_of(output)

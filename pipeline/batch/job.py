@@ -1,18 +1,13 @@
-"""One job of a batch, all looks of one input, and the function that does it in any process."""
+"""One job of a batch, all looks of one input, and its results, as plain data."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
-from pathlib import Path
 from typing import NamedTuple
 
-from makeup_video.pipeline.batch.thumbnails import thumbnail
 from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.look.look import Look
-from makeup_video.pipeline.offline.looks import process_looks
-from makeup_video.pipeline.offline.process import process_video
-from makeup_video.pipeline.offline.report import Outcome, Report, size_in_words
+from makeup_video.pipeline.offline.report import size_in_words
 from makeup_video.pipeline.offline.settings import Settings
 
 # Inode, size and time of change: by these a file differs from another one of its name.
@@ -124,59 +119,3 @@ class Failed(NamedTuple):
 
 
 Result = Done | Failed
-
-
-def run_job(job: Job, report: Callable[[JobProgress], None]) -> list[Result]:
-    """Paint all looks of a job; returns a result for each, in their order.
-
-    report: called a few times a second while a video is painted.
-    An error of the input is that of every look. Raises only what is no MakeupVideoError.
-    """
-    try:
-        outcomes = _paint(job, report)
-    except MakeupVideoError as error:
-        return [Failed(one.output, error) for one in job.looks]
-    results: list[Result] = []
-    is_first = True  # of those that are done: all have the same picture before
-    for one in job.looks:
-        outcome, before = outcomes[one.output], None
-        if isinstance(outcome, MakeupVideoError):
-            results.append(Failed(one.output, outcome))
-            continue
-        if is_first:
-            before = thumbnail(Path(job.source), float(job.settings.start_seconds or 0))
-            is_first = False
-        results.append(_done(one.output, outcome, before))
-    return results
-
-
-def _paint(job: Job, report: Callable[[JobProgress], None]) -> dict[str, Outcome]:
-    names = {Path(one.output): one.name for one in job.looks}
-    if len(job.looks) == 1:
-        (only,) = job.looks
-
-        def tick(done: int, expected: int | None, rate: Fraction) -> None:
-            report(JobProgress((only.name,), done, expected))
-
-        painted = process_video(job.source, only.output, only.look, job.settings, tick)
-        return {only.output: painted}
-
-    def tick_all(outputs: Sequence[Path], done: int, expected: int | None, rate: Fraction) -> None:
-        report(JobProgress(tuple(names[one] for one in outputs), done, expected))
-
-    looks = {Path(one.output): one.look for one in job.looks}
-    outcomes = process_looks(job.source, looks, job.settings, tick_all, job.memory_share)
-    return {one.output: outcomes[Path(one.output)] for one in job.looks}
-
-
-def _done(output: str, report: Report, before: bytes | None) -> Done:
-    return Done(
-        output,
-        report.bytes_out,
-        report.frames_out,
-        report.seconds,
-        tuple(report.warnings()),
-        report.damaged,
-        before,
-        thumbnail(Path(output), is_own=True),
-    )

@@ -55,17 +55,11 @@ def write_page(
     results: by output; an output that has none is left out.  say: puts an error into words.
     Raises OutputError.
     """
-    target = OutputFile(path, None, overwrite=True)
-    try:
-        with write_errors(path):
-            # names of files may be no UTF-8
-            target.own_path.write_text(
-                page_of(path.parent, jobs, results, say), "utf-8", "backslashreplace"
-            )
-        target.keep()
-    except BaseException:
-        target.discard()
-        raise
+    with OutputFile(path, None, overwrite=True) as target, write_errors(path):
+        # names of files may be no UTF-8
+        target.own_path.write_text(
+            page_of(path.parent, jobs, results, say), "utf-8", "backslashreplace"
+        )
 
 
 def page_of(

@@ -20,7 +20,7 @@ from makeup_video.pipeline.errors import (
 from makeup_video.pipeline.files.output_file import (
     check_place,
     is_too_long,
-    part_path,
+    part_of,
     target_of,
 )
 from makeup_video.pipeline.files.part_file import remove_ended
@@ -61,7 +61,7 @@ def plan_batch(jobs: Iterable[Job], journal: Journal, *, retry: bool, overwrite:
                 plan.known[look.output] = result
                 continue
             if entry is not None:
-                _remove_part(part_path(target_of(Path(look.output))))
+                _remove_part(part_of(Path(look.output)))
             is_of_other_work = entry is None and journal.knows(look.output)
             try:
                 _check_place(job, look, overwrite, is_of_other_work)
@@ -174,8 +174,8 @@ def check_inputs_apart(jobs: Sequence[Job], files: Iterable[str] = ()) -> None:
     inputs = {os.path.realpath(path): path for path in (*(job.source for job in jobs), *files)}
     for job in jobs:
         for look in job.looks:
-            place = target_of(Path(look.output))
-            for taken in (place, part_path(place)):
+            output = Path(look.output)
+            for taken in (target_of(output), part_of(output)):
                 if (read := inputs.get(os.path.realpath(taken))) is not None:
                     raise UsageError(
                         f"the output {look.output} would replace {read}, which this batch reads: "

@@ -20,7 +20,7 @@ from makeup_video.pipeline.errors import (
     WorkerError,
     option,
 )
-from makeup_video.pipeline.files.output_file import part_path, target_of
+from makeup_video.pipeline.files.output_file import part_of
 from makeup_video.pipeline.files.part_file import remove_ended
 
 _MEMORY_SHARE = 0.5  # of the free memory, for the encoders of all jobs
@@ -106,16 +106,16 @@ class _Run:
         cut_short = (WorkerError, TooLittleMemoryError)
         if not (isinstance(result, Failed) and isinstance(result.error, cut_short)):
             return result
-        _remove_part(result.output)
+        _remove_part_quietly(result.output)
         return adopt(job, at) or result
 
     def remove_parts(self) -> None:
         """Remove what was being written."""
         for job in self._running:
             for one in job.looks:
-                _remove_part(one.output)
+                _remove_part_quietly(one.output)
 
 
-def _remove_part(output: str) -> None:
+def _remove_part_quietly(output: str) -> None:
     with contextlib.suppress(MakeupVideoError, OSError):
-        remove_ended(part_path(target_of(Path(output))))
+        remove_ended(part_of(Path(output)))

@@ -26,7 +26,7 @@ def inputs_of(given: Sequence[str], written: Sequence[Path] = ()) -> list[str]:
     since its job then fails alone; and so does an output of this batch, unless other files are
     given, too: a shell may have put the names of all files in the place of a pattern.
     Raises UsageError for a folder or a pattern without any file, and where nothing given exists and
-    no output was written before.
+    no output was written before; InputError for a folder that cannot be read.
     """
     outputs = {os.path.realpath(path) for path in written}
     found: dict[str, str] = {}

@@ -27,7 +27,7 @@ def thumbnails(source: str, output: str, start_seconds: float) -> tuple[bytes | 
 def thumbnail(path: Path, start_seconds: float = 0.0, *, is_own: bool = False) -> bytes | None:
     """A JPEG file of a picture, or of a moment of a video up to a second after start_seconds.
 
-    is_own: as of read_bytes.
+    is_own: as for read_bytes.
     """
     try:
         if is_picture(path):

@@ -5,6 +5,7 @@ import errno
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Self
 
 import av
 from makeup_video.pipeline.errors import MakeupVideoError, OutputError, UsageError, option
@@ -35,8 +36,13 @@ def target_of(path: Path) -> Path:
 
 
 def part_path(path: Path) -> Path:
-    """The name under which an output is written: NAME.part.EXT beside it."""
+    """The name under which a file is written: NAME.part.EXT beside it."""
     return path.with_name(f"{path.stem}.part{path.suffix}")
+
+
+def part_of(output: Path) -> Path:
+    """The name under which the file behind `output` is written. Raises as target_of does."""
+    return part_path(target_of(output))
 
 
 def is_too_long(error: MakeupVideoError) -> bool:
@@ -123,6 +129,17 @@ class OutputFile:
             _check_part(self.part, source, overwrite)
             self._file = PartFile(self.part, overwrite=overwrite)
             self.own_path = self._file.own_path
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: object, error: object, trace: object) -> None:
+        """Keep the output when the block ended well, else discard it."""
+        try:
+            if kind is None:
+                self.keep()
+        finally:
+            self.discard()
 
     def keep(self) -> None:
         """Give the part, which is whole, the output's name.

@@ -8,7 +8,7 @@ from typing import IO, Any, ClassVar, Self
 
 from makeup_video.pipeline.errors import OutputError, StoppedError, UsageError
 from makeup_video.pipeline.files.local_file import ANY, local_file
-from makeup_video.pipeline.files.output_file import OutputFile, part_path, target_of, write_errors
+from makeup_video.pipeline.files.output_file import OutputFile, part_of, write_errors
 
 
 class Sidecar:
@@ -49,7 +49,7 @@ class Sidecar:
                 raise OutputError(f"{self.what} {path} is a folder: give the name of a file in it")
             written = [self.path] if dst is None else [self.path, Path(dst)]
             own = [source, *written[1:], *map(Path, others)]
-            grows = [part_path(target_of(file)) for file in written if file.name]
+            grows = [part_of(file) for file in written if file.name]
             if any(_is_same_place(a, b) for a in (self.path, grows[0]) for b in [*own, *grows[1:]]):
                 raise UsageError(
                     f"{self.what} {path} is one of this run's own files, or has the name of a "

@@ -11,8 +11,7 @@ from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.files.output_file import (
     OutputFile,
     check_place,
-    part_path,
-    target_of,
+    part_of,
     write_errors,
 )
 from makeup_video.pipeline.frames.colour_tags import ColourTags
@@ -66,7 +65,7 @@ class Recording:
         self._convert = ConvertPixelFormat(self._codec)
         check_place(os.fspath(path), source, overwrite=overwrite)
         self._path, self._source, self._overwrite = Path(path), source, overwrite
-        self._part = part_path(target_of(self._path))
+        self._part = part_of(self._path)
         # made with the first picture: a run without pictures leaves no file
         self._target: OutputFile | None = None
         self._container: Any = None

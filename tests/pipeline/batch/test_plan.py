@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import pytest
 from makeup_video.pipeline import Look, OutputError, Settings, UsageError, process_video, product
-from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook, run_job
+from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook
 from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.plan import check_inputs_apart, is_whole, plan_batch
+from makeup_video.pipeline.batch.task import run_job
 from makeup_video.pipeline.images import picture_size
 from media import make_clip
 from picture_files import scene, write

@@ -18,9 +18,10 @@ from makeup_video.pipeline import (
     WorkerError,
     product,
 )
-from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook, run_job
+from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook
 from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.run import local_workers, run_batch
+from makeup_video.pipeline.batch.task import run_job
 from makeup_video.pipeline.engine.processes import ChildProcess
 from makeup_video.pipeline.images import picture_size
 from media import make_clip
