@@ -2,7 +2,7 @@
 
 import struct
 import warnings
-from typing import Any, Literal
+from typing import Literal
 
 from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orientation_of
 
@@ -14,12 +14,9 @@ _SIZES = {_SHORT: 2, 4: 4}  # bytes, by the type of a number: SHORT and LONG
 _THUMBNAIL_TAGS = ((0x0201, 0x0202), (0x0111, 0x0117))
 
 
-def orientation(metadata: dict[int, Any]) -> Orientation:
-    """The orientation in OpenCV's metadata {kind: bytes}; upright when none is declared."""
-    import cv2
-
-    block = metadata.get(int(cv2.IMAGE_METADATA_EXIF))
-    return UPRIGHT if block is None else orientation_of(_orientation_tag(bytes(block)))
+def orientation(block: bytes | None) -> Orientation:
+    """The orientation that an EXIF block declares; upright when none is declared."""
+    return UPRIGHT if block is None else orientation_of(_orientation_tag(block))
 
 
 def orientation_alone(block: bytes) -> bytes:

@@ -38,7 +38,7 @@ class DamagedHeifError(Exception):
 
 
 def is_heif(head: bytes) -> bool:
-    """True when a file that begins with these bytes holds a HEVC picture."""
+    """True when a file that begins with these bytes holds an HEVC picture."""
     if head[4:8] != b"ftyp":
         return False
     end = min(int.from_bytes(head[:4], "big"), HEAD_BYTES, len(head))

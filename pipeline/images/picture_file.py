@@ -1,6 +1,6 @@
 """Reads and writes picture files with their metadata: JPEG, PNG and WebP by OpenCV.
 
-HEIC is read by pi-heif, and written as none of them.
+HEIC is read by pi-heif, and never written.
 """
 
 import os
@@ -24,8 +24,10 @@ from makeup_video.pipeline.media.input_file import PNG_MARK
 
 # The extensions of pictures that we write.
 WRITERS = {".jpg": "jpeg", ".jpeg": "jpeg", ".png": "png", ".webp": "webp"}
+# The kinds of metadata, as messages name them.
+EXIF, XMP, ICC_PROFILE = "EXIF", "XMP", "ICC profile"
+Metadata = dict[str, bytes]  # by kind
 # APP1 segments of a JPEG begin with what they hold (XMP specification part 3, section 1.1.3)
-_JPEG = (".jpg", ".jpeg")
 _XMP_IN_JPEG = b"http://ns.adobe.com/xap/1.0/\0"
 # sizes of the second header of a BMP, by its versions
 _BMP_HEADERS = [size.to_bytes(4, "little") for size in (12, 40, 52, 56, 64, 108, 124)]
@@ -97,11 +99,10 @@ def read_bytes(path: Path, *, is_own: bool = False) -> bytes:
     return data
 
 
-def decode_picture(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+def decode_picture(data: bytes, path: Path) -> tuple[np.ndarray, Metadata]:
     """Decode a picture's file to (stored pixels, metadata); path: for messages. Raises DecodeError.
 
-    The pixels are (H, W, 1, 3 or 4) uint8 or uint16, encoded, in BGR(A) order, not turned; metadata
-    is OpenCV's {kind: bytes}.
+    The pixels are (H, W, 1, 3 or 4) uint8 or uint16, encoded, in BGR(A) order, not turned.
     """
     import cv2
 
@@ -121,46 +122,55 @@ def decode_picture(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.nd
         raise DecodeError(f"{path} is damaged or cut short: no picture could be decoded")
     if pixels.ndim == 2:
         pixels = pixels[..., None]
+    names = {number: name for name, number in _opencv_kinds().items()}
     metadata = {
-        int(kind): np.asarray(blob).ravel()
+        names[kind]: np.asarray(blob).tobytes()
         for kind, blob in zip(kinds, blobs, strict=True)
-        if kind != cv2.IMAGE_METADATA_CICP  # of PNG alone: see file_tags
+        if kind in names  # a PNG's code of its colours is not: see file_tags
     }
     if data.startswith(JPEG_MARK):
         # OpenCV takes every APP2 segment for a part of the profile, also those of gain maps
-        metadata.pop(int(cv2.IMAGE_METADATA_ICCP), None)
+        metadata.pop(ICC_PROFILE, None)
         if profile := icc_profile(data):
-            metadata[int(cv2.IMAGE_METADATA_ICCP)] = np.frombuffer(profile, np.uint8)
-    if (xmp := metadata.get(int(cv2.IMAGE_METADATA_XMP))) is not None:
-        plain = xmp.tobytes().removeprefix(_XMP_IN_JPEG)
+            metadata[ICC_PROFILE] = profile
+    if XMP in metadata:
+        plain = metadata[XMP].removeprefix(_XMP_IN_JPEG)
         plain = plain[: plain.rfind(b">") + 1]  # OpenCV 5.0 reads a few bytes too many from a PNG
-        plain = without_announcements(plain)
-        metadata[int(cv2.IMAGE_METADATA_XMP)] = np.frombuffer(plain, np.uint8)
+        metadata[XMP] = without_announcements(plain)
     return pixels, metadata
 
 
-def _decode_heif(data: bytes, path: Path) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+def _opencv_kinds() -> dict[str, int]:
+    """OpenCV's numbers of the kinds of metadata."""
+    import cv2
+
+    return {
+        EXIF: int(cv2.IMAGE_METADATA_EXIF),
+        XMP: int(cv2.IMAGE_METADATA_XMP),
+        ICC_PROFILE: int(cv2.IMAGE_METADATA_ICCP),
+    }
+
+
+def _decode_heif(data: bytes, path: Path) -> tuple[np.ndarray, Metadata]:
     """Decode as `decode_picture` does; the pixels of a HEIC photo come upright.
 
     Raises DecodeError, InstallError.
     """
-    import cv2
-
     try:
         pixels, info = decode(data, path)
     except DamagedHeifError as error:
         raise DecodeError(f"{path} is damaged or cut short: no picture could be decoded") from error
     if pixels.shape[2] >= 3:
         pixels = np.ascontiguousarray(pixels[..., [2, 1, 0, 3][: pixels.shape[2]]])
-    kinds = {
-        cv2.IMAGE_METADATA_EXIF: (info.get("exif") or b"").removeprefix(EXIF_MARK),
-        cv2.IMAGE_METADATA_XMP: without_announcements(info.get("xmp") or b""),
-        cv2.IMAGE_METADATA_ICCP: info.get("icc_profile") or b"",
+    metadata = {
+        EXIF: (info.get("exif") or b"").removeprefix(EXIF_MARK),
+        XMP: without_announcements(info.get("xmp") or b""),
+        ICC_PROFILE: info.get("icc_profile") or b"",
     }
-    return pixels, {int(k): np.frombuffer(blob, np.uint8) for k, blob in kinds.items() if blob}
+    return pixels, {kind: blob for kind, blob in metadata.items() if blob}
 
 
-def encode_picture(path: Path, pixels: np.ndarray, metadata: dict[int, np.ndarray]) -> bytes:
+def encode_picture(path: Path, pixels: np.ndarray, metadata: Metadata) -> bytes:
     """Encode BGR(A) pixels for the path's extension.
 
     JPEG has quality 95 and 4:4:4, WebP and PNG are lossless. Raises OutputError.
@@ -182,7 +192,7 @@ def encode_picture(path: Path, pixels: np.ndarray, metadata: dict[int, np.ndarra
     try:
         data = _encode(suffix, pixels, metadata, options)
         if data is None:  # libpng refuses the whole picture because of a malformed profile
-            rest = {k: v for k, v in metadata.items() if k != cv2.IMAGE_METADATA_ICCP}
+            rest = {kind: blob for kind, blob in metadata.items() if kind != ICC_PROFILE}
             data = _encode(suffix, pixels, rest, options)
     except cv2.error as error:
         raise OutputError(f"{path} cannot be encoded: {error.err}. Choose .png") from error
@@ -193,31 +203,32 @@ def encode_picture(path: Path, pixels: np.ndarray, metadata: dict[int, np.ndarra
     return data
 
 
-def is_exif_too_long(suffix: str, exif: np.ndarray) -> bool:
+def is_exif_too_long(suffix: str, exif: bytes) -> bool:
     """Whether files of that kind cannot hold an EXIF block: they get its orientation alone."""
     # OpenCV writes the mark
-    return suffix.lower() in _JPEG and len(EXIF_MARK) + len(exif) > MOST_BYTES
+    return WRITERS[suffix.lower()] == "jpeg" and len(EXIF_MARK) + len(exif) > MOST_BYTES
 
 
 def _encode(
-    suffix: str, pixels: np.ndarray, metadata: dict[int, np.ndarray], options: list[int]
+    suffix: str, pixels: np.ndarray, metadata: Metadata, options: list[int]
 ) -> bytes | None:
     """None when OpenCV refuses."""
     import cv2
 
     blobs, profile = dict(metadata), b""
-    if suffix in _JPEG:
+    if WRITERS[suffix] == "jpeg":
         # OpenCV leaves out a profile that needs several segments
-        profile = bytes(blobs.pop(int(cv2.IMAGE_METADATA_ICCP), b""))
-        xmp = int(cv2.IMAGE_METADATA_XMP)
-        if xmp in blobs:
-            blobs[xmp] = np.concatenate([np.frombuffer(_XMP_IN_JPEG, np.uint8), blobs[xmp]])
+        profile = blobs.pop(ICC_PROFILE, b"")
+        if XMP in blobs:
+            blobs[XMP] = _XMP_IN_JPEG + blobs[XMP]
         # OpenCV refuses the whole picture because of a block that is too long for a segment
-        exif = int(cv2.IMAGE_METADATA_EXIF)
-        if exif in blobs and is_exif_too_long(suffix, blobs[exif]):  # else it lies on its side
-            blobs[exif] = np.frombuffer(orientation_alone(blobs[exif].tobytes()), np.uint8)
+        if EXIF in blobs and is_exif_too_long(suffix, blobs[EXIF]):  # else it lies on its side
+            blobs[EXIF] = orientation_alone(blobs[EXIF])
         blobs = {kind: blob for kind, blob in blobs.items() if len(blob) <= MOST_BYTES}
-    ok, data = cv2.imencodeWithMetadata(suffix, pixels, list(blobs), list(blobs.values()), options)
+    numbers = _opencv_kinds()
+    kinds = [numbers[kind] for kind in blobs]
+    arrays = [np.frombuffer(blob, np.uint8) for blob in blobs.values()]
+    ok, data = cv2.imencodeWithMetadata(suffix, pixels, kinds, arrays, options)
     if not ok:
         return None
     return with_icc_profile(data.tobytes(), profile) if profile else data.tobytes()

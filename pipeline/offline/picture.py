@@ -5,8 +5,7 @@ their exact values, whatever the depth of the file: planes are compared before a
 what changed is converted back.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -20,7 +19,10 @@ from makeup_video.pipeline.images.exif import orientation, without_thumbnail
 from makeup_video.pipeline.images.file_tags import FileTags, file_tags, with_file_tags
 from makeup_video.pipeline.images.icc import is_display_p3
 from makeup_video.pipeline.images.picture_file import (
+    EXIF,
+    ICC_PROFILE,
     WRITERS,
+    Metadata,
     decode_picture,
     encode_picture,
     is_exif_too_long,
@@ -30,9 +32,7 @@ from makeup_video.pipeline.media.side_by_side import side_by_side
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 
-_KINDS = ("EXIF", "XMP", "ICC profile")  # by cv2.IMAGE_METADATA_*: a video needs no OpenCV
 _DISPLAY_P3 = 12  # primaries, as ColourTags number them
-_EXIF, _ICC_PROFILE = _KINDS.index("EXIF"), _KINDS.index("ICC profile")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class OpenedPicture:
 
     path: Path
     stored: np.ndarray
-    metadata: dict[int, np.ndarray]
+    metadata: Metadata
     orientation: Orientation
     frame: Frame
     tags: FileTags
@@ -56,9 +56,9 @@ def open_picture(path: Path) -> OpenedPicture:
     """Read a picture. Raises InputError, DecodeError."""
     data = read_bytes(path)
     stored, metadata = decode_picture(data, path)
-    stored_as = orientation(metadata)
-    profile = metadata.get(_ICC_PROFILE)
-    is_wide = profile is not None and is_display_p3(profile.tobytes())
+    stored_as = orientation(metadata.get(EXIF))
+    profile = metadata.get(ICC_PROFILE)
+    is_wide = profile is not None and is_display_p3(profile)
     tags = replace(PICTURE_TAGS, primaries=_DISPLAY_P3) if is_wide else PICTURE_TAGS
     frame = to_frame(stored, stored_as.turn_degrees, tags)
     return OpenedPicture(path, stored, metadata, stored_as, frame, file_tags(data), len(data))
@@ -82,12 +82,11 @@ def process_picture(
     Raises InputError, DecodeError, OutputError, UsageError, StrictError.
     """
     check_suffix(src, dst)
-    with _target(src, dst, settings, settings.on_whole) as target:
+    target = OutputFile(dst, src, overwrite=settings.overwrite, on_whole=settings.on_whole)
+    with target:
         picture = open_picture(src)
         before = [plane.copy() for plane in picture.frame.planes]
-        report = _write(picture, target, paint(picture.frame), before, settings)
-    report.output = str(dst)
-    return report
+        return _write(picture, dst, target, paint(picture.frame), before, settings)
 
 
 def write_picture(picture: OpenedPicture, dst: Path, painted: Frame, settings: Settings) -> Report:
@@ -96,37 +95,25 @@ def write_picture(picture: OpenedPicture, dst: Path, painted: Frame, settings: S
     `on_whole` of the settings is not called: there may be more copies to write.
     Raises OutputError, UsageError, StrictError.
     """
-    with _target(picture.path, dst, settings) as target:
-        report = _write(picture, target, painted, picture.frame.planes, settings)
-    report.output = str(dst)
-    return report
-
-
-@contextmanager
-def _target(
-    src: Path, dst: Path, settings: Settings, on_whole: Callable[[], None] | None = None
-) -> Iterator[OutputFile]:
-    """An output that is kept when it is whole, and discarded after any error."""
-    target = OutputFile(dst, src, overwrite=settings.overwrite, on_whole=on_whole)
-    try:
-        yield target
-        target.keep()
-    except BaseException:
-        target.discard()
-        raise
+    with OutputFile(dst, picture.path, overwrite=settings.overwrite) as target:
+        return _write(picture, dst, target, painted, picture.frame.planes, settings)
 
 
 def _write(
     picture: OpenedPicture,
+    dst: Path,
     target: OutputFile,
     frame: Frame,
     before: Sequence[np.ndarray],
     settings: Settings,
 ) -> Report:
-    """Write what was painted.  before: the planes of the frame before painting."""
+    """Write what was painted to an output that begins.
+
+    dst: its name for the report.  before: the planes of the frame before painting.
+    """
     suffix, stored = target.part.suffix.lower(), picture.stored
     codec = WRITERS[suffix]
-    report = Report(str(picture.path), "", codec, is_picture=True, frames_in=1, frames_out=1)
+    report = Report(str(picture.path), str(dst), codec, is_picture=True, frames_in=1, frames_out=1)
     painted = merge(stored, frame, before)
     if settings.compare:
         untouched = stored if painted.shape == stored.shape else with_colour(stored)
@@ -170,33 +157,29 @@ def _fitting(pixels: np.ndarray, report: Report) -> np.ndarray:
     return pixels
 
 
-def _without_thumbnail(metadata: dict[int, np.ndarray]) -> dict[int, np.ndarray]:
-    exif = metadata.get(_EXIF)
-    if exif is None:
+def _without_thumbnail(metadata: Metadata) -> Metadata:
+    if EXIF not in metadata:
         return metadata
-    return metadata | {_EXIF: np.frombuffer(without_thumbnail(exif.tobytes()), np.uint8)}
+    return metadata | {EXIF: without_thumbnail(metadata[EXIF])}
 
 
-def _of_these_colours(
-    metadata: dict[int, np.ndarray], pixels: np.ndarray, report: Report
-) -> dict[int, np.ndarray]:
+def _of_these_colours(metadata: Metadata, pixels: np.ndarray, report: Report) -> Metadata:
     """Metadata without an ICC profile of other colours than those of the pixels: what was stored as
     CMYK is read as RGB, and a grey picture that is painted becomes RGB."""
-    profile = metadata.get(_ICC_PROFILE, np.empty(0, np.uint8))
-    found = profile[16:20].tobytes()  # the data colour space (ICC.1:2022, section 7.2.8)
+    # the data colour space (ICC.1:2022, section 7.2.8)
+    found = metadata.get(ICC_PROFILE, b"")[16:20]
     if found != b"CMYK" and (found != b"GRAY" or pixels.shape[2] < 3):
         return metadata
     report.dropped.append(
-        f"ICC profile: it is of {found.decode()}, and the picture is written as RGB"
+        f"{ICC_PROFILE}: it is of {found.decode()}, and the picture is written as RGB"
     )
-    return {kind: blob for kind, blob in metadata.items() if kind != _ICC_PROFILE}
+    return {kind: blob for kind, blob in metadata.items() if kind != ICC_PROFILE}
 
 
-def _lost_metadata(data: bytes, path: Path, metadata: dict[int, np.ndarray]) -> list[str]:
+def _lost_metadata(data: bytes, path: Path, metadata: Metadata) -> list[str]:
     """Blocks that the format's library left out, such as a malformed ICC profile."""
     kept = decode_picture(data, path)[1] if metadata else {}
     lost = {kind for kind in metadata if kind not in kept}
-    exif = metadata.get(_EXIF)
-    if exif is not None and is_exif_too_long(path.suffix, exif):
-        lost.add(_EXIF)
-    return [f"{_KINDS[kind]}: not accepted in {path.suffix}" for kind in metadata if kind in lost]
+    if EXIF in metadata and is_exif_too_long(path.suffix, metadata[EXIF]):
+        lost.add(EXIF)
+    return [f"{kind}: not accepted in {path.suffix}" for kind in metadata if kind in lost]

@@ -5,9 +5,21 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.images.picture_file import decode_picture, read_bytes
+from makeup_video.pipeline.images.picture_file import (
+    EXIF,
+    ICC_PROFILE,
+    XMP,
+    Metadata,
+    decode_picture,
+    read_bytes,
+)
 
-EXIF, ICC, XMP = cv2.IMAGE_METADATA_EXIF, cv2.IMAGE_METADATA_ICCP, cv2.IMAGE_METADATA_XMP
+ICC = ICC_PROFILE
+_NUMBERS = {
+    EXIF: cv2.IMAGE_METADATA_EXIF,
+    XMP: cv2.IMAGE_METADATA_XMP,
+    ICC: cv2.IMAGE_METADATA_ICCP,
+}
 
 
 def exif(orientation, order="<"):
@@ -26,7 +38,7 @@ def scene(shape=(40, 60, 3), dtype=np.uint8, seed=0):
 
 def write(path, pixels, metadata=None, options=()):
     metadata = metadata or {}
-    kinds = [int(kind) for kind in metadata]
+    kinds = [int(_NUMBERS[kind]) for kind in metadata]
     blobs = [np.frombuffer(data, np.uint8) for data in metadata.values()]
     ok, data = cv2.imencodeWithMetadata(path.suffix, pixels, kinds, blobs, list(options))
     assert ok
@@ -34,6 +46,6 @@ def write(path, pixels, metadata=None, options=()):
     return path
 
 
-def read_picture(path: Path) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+def read_picture(path: Path) -> tuple[np.ndarray, Metadata]:
     """Stored pixels and metadata of a picture file, as `decode_picture` gives them."""
     return decode_picture(read_bytes(path), path)
