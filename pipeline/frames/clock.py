@@ -8,8 +8,6 @@ from makeup_video.pipeline.frames.frame import Frame
 GAP_SECONDS = 0.15
 _STEP_SHARE = 0.1  # of the newest step in the usual step
 _LEAST_STEP = 0.8  # of the usual step; a smaller share leaves frames that come in pairs less even
-
-
 _EARLY = 1e-6  # s, so that times at the edge of a slot fall into the same slot despite rounding
 
 

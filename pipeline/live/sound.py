@@ -100,8 +100,10 @@ class LiveSound:
         return self._source.name
 
     def tap(self) -> SoundTap | None:
-        """Make a further sink's end; None once there is no more sound. Raises nothing; may be
-        called while the sound runs."""
+        """Make a further sink's end; None once there is no more sound.
+
+        May be called while the sound runs.
+        """
         tap = SoundTap(self._source.name, self._source.channels, self._tap_closed)
         with self._tapping:
             if self.is_over:

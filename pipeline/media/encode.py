@@ -46,6 +46,7 @@ class VideoEncoder:
 
     options: the encoder's own, from `encoder_options`.  threads: 0 lets the encoder choose.
     note: how the encoder was chosen, for the report.
+    first_packet_at: when the first packet came, in seconds of Unix time; None before.
     max_pts_error_seconds: the largest distance between a frame's time and the time written.
     headers: the encoder's parameter sets as FFmpeg's extradata, once it is open.
     """

@@ -46,7 +46,7 @@ class FrameTimes:
     """Gives every decoded picture a time in ticks of the source, later than the one before.
 
     mended: how many pictures had no time, or one that did not increase.
-    last_pts, last_duration: of the last picture, in ticks; None before the first.
+    last_pts, last_duration: of the last picture, in ticks; None and 1 before the first.
     """
 
     def __init__(self, source: VideoSource) -> None:

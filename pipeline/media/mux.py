@@ -35,6 +35,8 @@ class Muxer:
     The file grows as NAME.part.EXT beside the target and gets its name once it is whole.
     dropped: what the container cannot hold, by name.  converted: what changes its codec.
     skipped_packets: damaged packets of other streams that no muxer or decoder takes.
+    video_packets: those of the encoder so far.  bytes_out: size of the file, once it is whole.
+    is_finished: the file is closed and was given its name, or was left under that of its part.
     """
 
     def __init__(self, target: OutputFile, container_format: str, *, strict: bool = False) -> None:

@@ -150,7 +150,8 @@ class SegmentWriter:
         with contextlib.suppress(Exception):
             if self._container is not None:
                 self._container.close()
-        self.path.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            self.path.unlink(missing_ok=True)
 
     def file(self, headers: bytes) -> SegmentFile:
         """The file, once it is whole."""

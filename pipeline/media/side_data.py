@@ -11,8 +11,6 @@ _NOT_WRITTEN = {
     "SPHERICAL": "tags of a 360 degree video: they are not written",
     "AMBIENT_VIEWING_ENVIRONMENT": "ambient viewing environment: it is not written",
 }
-
-
 # Of FFmpeg's AVStereo3DType: one picture for both eyes, and the kinds that H.264 has no number for.
 _MONO, _UNNUMBERED = 0, (5, 8)
 

@@ -54,8 +54,8 @@ def process_looks(
     memory_share: of the free memory, what encoders may take. Where it does not suffice for as many
     encoders as looks, or there are more than 16 looks, the video is read several times.
     on_progress(outputs, frames done, frames expected or None, frames per second of the source) is
-    called a few times a second while a video is painted; outputs: those of the look that are being
-    written.
+    called a few times a second while a video is painted; outputs: those of the looks that are being
+    painted.
     Returns by output, as a Path, its report, or the error that ended this look alone, such as a
     full disk. The seconds of a report are those of all looks that were painted at the same time.
     Raises TypeError for a look of another type; one of `errors` before anything is written, or for
