@@ -14,7 +14,7 @@ FULL_RANGE = 2  # of `range`
 _UNSPECIFIED = 2  # of matrix, transfer and primaries
 # BT.2020 constant luminance counts as BT.2020: no encoder that we know of writes it.
 _SAME = {10: 9}
-HDR_TRANSFERS = (PQ, HLG)  # SMPTE ST 2084 and ARIB STD-B67
+HDR_TRANSFERS = {PQ: "PQ", HLG: "HLG"}  # SMPTE ST 2084 and ARIB STD-B67, by name
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +57,11 @@ class ColourTags:
     def is_hdr(self) -> bool:
         """True for the transfer functions PQ and HLG."""
         return self.transfer in HDR_TRANSFERS
+
+
+def is_full_range(range_: int, pix_fmt: str) -> bool:
+    """True where the tag says full range, or the name of the pixel format does: "yuvj420p"."""
+    return range_ == FULL_RANGE or pix_fmt.startswith("yuvj")
 
 
 @lru_cache

@@ -6,7 +6,16 @@ import struct
 import av
 from makeup_video.pipeline.frames.side_data import side_data
 
-_MATRIX = struct.Struct("=9i")  # display x and y of px (x, y, 1): columns 1 and 2, by rows
+_MATRIX = struct.Struct("=9i")
+
+
+def matrix_of(picture: av.VideoFrame) -> tuple[int, ...] | None:
+    """The nine numbers of a picture's display matrix, by rows; None when it has none.
+
+    Columns 1 and 2 give the display's x and y of a stored pixel (x, y, 1).
+    """
+    matrix = side_data(picture, "DISPLAYMATRIX")
+    return None if matrix is None else _MATRIX.unpack(matrix)
 
 
 def turn_of(picture: av.VideoFrame) -> int:
@@ -15,8 +24,8 @@ def turn_of(picture: av.VideoFrame) -> int:
 
     PyAV's `rotation` calls a picture that is mirrored left and right turned by 180 degrees.
     """
-    matrix = side_data(picture, "DISPLAYMATRIX")
+    matrix = matrix_of(picture)
     if matrix is None:
         return 0
-    _, down_by_x, _, _, down_by_y, *_ = _MATRIX.unpack_from(matrix)
+    _, down_by_x, _, _, down_by_y, *_ = matrix
     return round(-math.degrees(math.atan2(down_by_x, down_by_y)) / 90) * 90 % 360

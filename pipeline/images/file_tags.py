@@ -9,12 +9,12 @@ import zlib
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from makeup_video.pipeline.files.marks import JPEG_MARK, PNG_MARK
 from makeup_video.pipeline.images.heif import is_heif, losses
 from makeup_video.pipeline.images.jpeg_segments import (
     APP1,
     APP2,
     COMMENT,
-    JPEG_MARK,
     Segment,
     behind_picture,
     iptc_of,
@@ -23,7 +23,6 @@ from makeup_video.pipeline.images.jpeg_segments import (
     segment,
     segments,
 )
-from makeup_video.pipeline.media.input_file import PNG_MARK
 
 _RESOLUTION = b"pHYs"
 _PNG_TAGS = {

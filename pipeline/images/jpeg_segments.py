@@ -5,7 +5,8 @@ import struct
 from collections.abc import Iterable, Iterator
 from itertools import takewhile
 
-JPEG_MARK = b"\xff\xd8"
+from makeup_video.pipeline.files.marks import JPEG_MARK
+
 COMMENT = 0xFE
 APP1, APP2, APP13 = 0xE1, 0xE2, 0xED
 # A marker, before which there may be more FF, as fill bytes; 00 and D0 to D7 stand within coded

@@ -18,6 +18,7 @@ from typing import IO, Any
 import numpy as np
 from makeup_video.pipeline.errors import InputError, PhotoError
 from makeup_video.pipeline.files.local_file import local_file
+from makeup_video.pipeline.files.marks import JPEG_MARK, PNG_MARK
 from makeup_video.pipeline.files.ordinary import open_ordinary
 from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orientation_of
 from makeup_video.pipeline.images.heif import HEAD_BYTES, is_heif, register_with_pillow, to_srgb
@@ -35,7 +36,7 @@ _KINDS = "JPEG, PNG, WebP, HEIC, AVIF, TIFF or BMP"
 LARGE_PX = 4096
 _SEQUENCES = (b"hevc", b"hevx", b"msf1")
 _AVIF = (b"avif", b"avis")
-_BEGINNINGS = (b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"GIF8", b"BM")  # of JPEG, PNG, GIF, BMP
+_BEGINNINGS = (JPEG_MARK + b"\xff", PNG_MARK, b"GIF8", b"BM")  # the last two: of GIF and BMP
 # Behind transparent pixels: the middle grey for which cameras expose, since whatever shows through
 # is not part of the photo and must not change its light.
 _BEHIND = (128, 128, 128)

@@ -9,18 +9,17 @@ from typing import IO
 
 import numpy as np
 from makeup_video.pipeline.errors import DecodeError, InputError, OutputError
+from makeup_video.pipeline.files.marks import JPEG_MARK, PNG_MARK
 from makeup_video.pipeline.files.ordinary import read_ordinary
 from makeup_video.pipeline.images.exif import EXIF_MARK, orientation_alone
 from makeup_video.pipeline.images.file_tags import without_announcements
 from makeup_video.pipeline.images.heif import DamagedHeifError, decode, is_heif
 from makeup_video.pipeline.images.jpeg_segments import (
-    JPEG_MARK,
     MOST_BYTES,
     icc_profile,
     with_icc_profile,
 )
 from makeup_video.pipeline.images.picture_size import MOST_FILE_BYTES, TIFF_MARKS, check_size
-from makeup_video.pipeline.media.input_file import PNG_MARK
 
 # The extensions of pictures that we write.
 WRITERS = {".jpg": "jpeg", ".jpeg": "jpeg", ".png": "png", ".webp": "webp"}
@@ -60,7 +59,7 @@ def is_picture(path: Path) -> bool:
             f"{path} is {kind} picture, which is read only as the photo of a look: save it as PNG "
             "first"
         )
-    return head.startswith(b"\xff\xd8\xff") and path.suffix.lower() not in (".mjpeg", ".mjpg")
+    return head.startswith(JPEG_MARK + b"\xff") and path.suffix.lower() not in (".mjpeg", ".mjpg")
 
 
 def _other_still(head: bytes) -> str | None:

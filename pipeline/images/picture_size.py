@@ -4,6 +4,7 @@ import io
 from pathlib import Path
 
 from makeup_video.pipeline.errors import DecodeError
+from makeup_video.pipeline.files.marks import PNG_MARK
 from makeup_video.pipeline.images.heif import DamagedHeifError, is_heif, size_wh
 
 # The largest phone camera in wide use has 108 Mpx.
@@ -38,7 +39,7 @@ def _size_wh(data: bytes, path: Path) -> tuple[int, int] | None:
     from PIL.PngImagePlugin import PngImageFile
 
     # Image.open raises for the largest pictures before their size can be read
-    kind = PngImageFile if data.startswith(b"\x89PNG") else JpegImageFile
+    kind = PngImageFile if data.startswith(PNG_MARK) else JpegImageFile
     try:
         with kind(io.BytesIO(data)) as picture:
             return picture.size

@@ -9,16 +9,14 @@ from typing import Any
 import av
 import cv2
 import numpy as np
-from av.codec.codec import UnknownCodecError
 from av.video.frame import PictureType
 from makeup_video.pipeline.errors import EncodeError
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import plane_views
 from makeup_video.pipeline.images.preview_planes import LIMIT_PX, VIDEO, Planes, preview_planes
-from makeup_video.pipeline.media.codecs import pick_codec
+from makeup_video.pipeline.media.codecs import PLAYS_EVERYWHERE
 
-# The default of mp4 is H.264, which all browsers play.
-_ENCODER = pick_codec(None, "mp4", deep=False, alpha=False).encoder
+_ENCODER = PLAYS_EVERYWHERE.encoder
 _LIMITED = 1  # the range, ITU-T H.273 by FFmpeg's number
 _NEUTRAL = 128  # Cb and Cr of grey
 # ultrafast: superfast takes twice the CPU time for a tenth less data. Chroma is quantised more
@@ -51,11 +49,7 @@ class PreviewVideo:
     @staticmethod
     def is_available() -> bool:
         """Whether this PyAV has the encoder."""
-        try:
-            av.Codec(_ENCODER, "w")
-        except UnknownCodecError:
-            return False
-        return True
+        return _ENCODER in av.codecs_available
 
     def __call__(
         self,

@@ -1,7 +1,6 @@
 """Encodes the painted frames, with the colour tags and metadata of the source."""
 
 import os
-import struct
 import time
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
@@ -10,10 +9,10 @@ from typing import Any, Protocol
 import av
 from av.codec.context import Flags
 from makeup_video.pipeline.errors import EncodeError, UsageError, option
-from makeup_video.pipeline.frames.colour_tags import FULL_RANGE
+from makeup_video.pipeline.frames.colour_tags import FULL_RANGE, is_full_range
+from makeup_video.pipeline.frames.display_matrix import matrix_of
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.frames.side_data import side_data
-from makeup_video.pipeline.media.codecs import CODECS, MATROSKA, VideoCodec, codecs_with
+from makeup_video.pipeline.media.codecs import CODECS, MATROSKA, MP4, VideoCodec, codecs_with
 from makeup_video.pipeline.media.hardware import add_stream, handed_format
 from makeup_video.pipeline.media.hdr import hdr_parameters
 from makeup_video.pipeline.media.input_file import VideoSource
@@ -218,7 +217,7 @@ def add_parameters(options: dict[str, str], codec: VideoCodec, parameters: Seque
 
 def name_codec(stream: Any, codec: VideoCodec, container_format: str) -> None:
     """Give a new output stream the codec tag that players expect in this container."""
-    if codec.tag is not None and container_format in ("mp4", "mov"):
+    if codec.tag is not None and container_format in MP4:
         stream.codec_context.codec_tag = codec.tag
 
 
@@ -227,10 +226,10 @@ def describe_pictures(stream: Any, frame: Frame) -> None:
     context = stream.codec_context
     context.width, context.height = frame.width_px, frame.height_px
     context.pix_fmt = frame.pix_fmt
-    context.colorspace, context.color_range = frame.tags.matrix, frame.tags.range
+    is_full = is_full_range(frame.tags.range, frame.pix_fmt)
+    context.colorspace = frame.tags.matrix
+    context.color_range = FULL_RANGE if is_full else frame.tags.range
     context.color_trc, context.color_primaries = frame.tags.transfer, frame.tags.primaries
-    if frame.pix_fmt.startswith("yuvj"):
-        context.color_range = FULL_RANGE
-    matrix = side_data(frame.picture, "DISPLAYMATRIX")
+    matrix = matrix_of(frame.picture)
     if matrix is not None:
-        stream.set_display_matrix(struct.unpack("9i", matrix))
+        stream.set_display_matrix(matrix)

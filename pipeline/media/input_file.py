@@ -11,6 +11,7 @@ from typing import Any
 import av
 from av.stream import Disposition
 from makeup_video.pipeline.errors import DecodeError, InputError
+from makeup_video.pipeline.files.marks import PNG_MARK
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.media.mp4_boxes import lacks_index
 
@@ -29,7 +30,6 @@ _LOOK_FURTHER = {
 }
 _STREAM_LINE = re.compile(r"^ *Stream #0:(\d+)\S*: (\w+): ([^\s,]+)", re.MULTILINE)
 logging.getLogger("libav").addHandler(logging.NullHandler())  # else Python prints its warnings
-PNG_MARK = b"\x89PNG\r\n\x1a\n"  # with which a PNG begins
 _FREE_CLOCKS = "mpegts", "mpeg"  # containers whose clock may begin at any time
 _FAKE_RATE = 240  # FFmpeg guesses rates such as 1000 or 90000 for files of variable frame rate
 

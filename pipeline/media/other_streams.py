@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from makeup_video.pipeline.media.codecs import MP4
 from makeup_video.pipeline.media.input_file import VideoSource, is_cover
 from makeup_video.pipeline.media.pcm_gaps import FillPcmGaps, has_pcm
 from makeup_video.pipeline.media.streams import (
@@ -63,7 +64,7 @@ class OtherStreams:
         reason = refusal(stream, self._format, self._first_packet(stream))
         if reason is None:
             added = copy_stream(self._container, stream)
-            counts_samples = self._format in ("mp4", "mov") and has_pcm(stream)
+            counts_samples = self._format in MP4 and has_pcm(stream)
             self._routes[stream.index] = (added, FillPcmGaps(stream) if counts_samples else None)
         else:
             added = self._add_converted(stream)

@@ -10,9 +10,8 @@ import av
 import numpy as np
 from av.codec.codec import find_best_pix_fmt_of_list
 from av.video.reformatter import ColorRange, Colorspace
-from makeup_video.kernels.colour import HLG, PQ
 from makeup_video.pipeline.errors import DecodeError, UsageError, option
-from makeup_video.pipeline.frames.colour_tags import HDR_TRANSFERS
+from makeup_video.pipeline.frames.colour_tags import HDR_TRANSFERS, is_full_range
 from makeup_video.pipeline.frames.frame import layout_of, plane_views
 from makeup_video.pipeline.frames.transform import ffmpeg_range
 from makeup_video.pipeline.media.codecs import CODECS, CONTAINERS, VideoCodec
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
 _ROOMY = re.compile(r"(yuva?\d{3}p|gbra?p|gray)(9|10|12|14)le")
 # One plane, or a second one of transparency ("ya"): integers or floats, of 8 bits without a number.
 _GREY = re.compile(r"(gray|ya)f?(\d*)(?:[lb]e)?")
-_TRANSFER_NAMES = {PQ: "PQ", HLG: "HLG"}
 
 
 def bits_of(pix_fmt: str) -> int:
@@ -151,7 +149,7 @@ class ConvertPixelFormat:
             self.unasked.append(self.conversions[-1])
         if self._to_sdr is not None:
             self.conversions.append(
-                f"HDR ({_TRANSFER_NAMES[int(picture.color_trc)]}, up to "
+                f"HDR ({HDR_TRANSFERS[int(picture.color_trc)]}, up to "
                 f"{self._to_sdr.peak_nits:.0f} cd/m2) -> SDR by the tone curve of ITU-R "
                 "BT.2390"
             )
@@ -220,8 +218,8 @@ def _is_rgb(pix_fmt: str) -> bool:
 
 def _is_full(picture: av.VideoFrame) -> bool:
     """True for a picture of Y'CbCr whose samples have the full range."""
-    is_tagged = picture.color_range == ColorRange.JPEG or picture.format.name.startswith("yuvj")
-    return is_tagged and not _is_rgb(picture.format.name)
+    name = picture.format.name
+    return is_full_range(picture.color_range, name) and not _is_rgb(name)
 
 
 def _text(key: tuple[int, int, str]) -> str:

@@ -1,15 +1,14 @@
 """Joins before and after to one picture, beside each other as the viewer sees them."""
 
-import struct
 from collections.abc import Callable
 from typing import Any
 
 import av
 import numpy as np
 from av.video.reformatter import Interpolation
+from makeup_video.pipeline.frames.display_matrix import matrix_of
 from makeup_video.pipeline.frames.frame import Frame, plane_views
 from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation
-from makeup_video.pipeline.frames.side_data import side_data
 
 
 class SideBySide:
@@ -54,11 +53,11 @@ def _halves(turn_degrees: int, is_mirrored: bool) -> tuple[int, bool]:
 
 def _layout(frame: Frame) -> tuple[int, bool]:
     """The same for a frame, whose display matrix may mirror it, too."""
-    matrix = side_data(frame.picture, "DISPLAYMATRIX")
+    matrix = matrix_of(frame.picture)
     if matrix is None:
         return _halves(frame.rotation_degrees, is_mirrored=False)
     # the stored pixel x, y is shown in column a * x + c * y
-    a, _, _, c = struct.unpack("9i", matrix)[:4]
+    a, _, _, c = matrix[:4]
     return (1, a > 0) if abs(a) >= abs(c) else (0, c > 0)
 
 

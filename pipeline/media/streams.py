@@ -6,7 +6,7 @@ from typing import Any
 
 import av
 from av.stream import Discard, Disposition
-from makeup_video.pipeline.media.codecs import APPLE_HEVC, MATROSKA
+from makeup_video.pipeline.media.codecs import APPLE_HEVC, MATROSKA, MP4
 from makeup_video.pipeline.media.input_file import VideoSource, is_cover, lacks_format
 
 # Facts about the source file that do not hold for the output; muxers write their own.
@@ -62,7 +62,7 @@ def tags(holder: Any, container_format: str) -> dict[str, str]:
         plain = key.lower()
         if plain in OWN_TAGS or plain.startswith(("number_of_", "_statistics_", "bps-")):
             continue
-        if plain == "timecode" and container_format in ("mp4", "mov"):
+        if plain == "timecode" and container_format in MP4:
             key = plain  # Matroska spells it in capitals; mp4 makes its timecode stream from it
         if plain == "name" and is_track and "title" not in holder.metadata:
             key = "title"  # mp4's demuxer calls it so, and muxers take it as a title alone
@@ -158,7 +158,7 @@ def refusal(stream: Any, container_format: str, first_packet: Any | None) -> str
             packet.duration, packet.is_keyframe = first_packet.duration, True
             trial.mux_one(packet)
         trial.close()
-        is_tried = first_packet is not None and container_format in ("mp4", "mov")
+        is_tried = first_packet is not None and container_format in MP4
         if is_tried and stream.type == "data" and not _has_data(written.getvalue()):
             return f"{container_format} cannot hold it"
     except (av.FFmpegError, ValueError, RuntimeError):
@@ -186,7 +186,7 @@ def lost_marks(stream: Any, container_format: str) -> str | None:
 def copy_stream(container: Any, stream: Any) -> Any:
     """Add a stream to `container` that takes the packets of `stream` unchanged."""
     copy = container.add_stream_from_template(stream, opaque=True)
-    if stream.name == "hevc" and container.format.name in ("mp4", "mov") and _has_header(stream):
+    if stream.name == "hevc" and container.format.name in MP4 and _has_header(stream):
         copy.codec_context.codec_tag = APPLE_HEVC
     if stream.type == "audio":
         layout = stream.codec_context.layout

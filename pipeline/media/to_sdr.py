@@ -9,7 +9,7 @@ import av
 import numpy as np
 from makeup_video.kernels.colour import PRIMARIES, REFERENCE_WHITE
 from makeup_video.pipeline.errors import OutputError
-from makeup_video.pipeline.frames.colour_tags import FULL_RANGE
+from makeup_video.pipeline.frames.colour_tags import is_full_range
 from makeup_video.pipeline.media.hdr import light_levels
 from makeup_video.pipeline.media.tone_map import peak_of, sdr_table
 
@@ -53,7 +53,7 @@ class ToSdr:
         return out
 
     def _chain(self, picture: av.VideoFrame, pix_fmt: str, table: str) -> av.filter.Graph:
-        full = picture.color_range == FULL_RANGE or picture.format.name.startswith("yuvj")
+        full = is_full_range(picture.color_range, picture.format.name)
         span, matrix = ("pc" if full else "tv"), int(picture.colorspace)
         graph = av.filter.Graph()
         nodes = [
