@@ -84,6 +84,20 @@ class MakeupVideoError(Exception):
         )
 
 
+def cannot_keep(what: str, lost: str, advice: str = "Leave") -> "StrictError":
+    """The error of a strict run in which something, such as an output, would lose something.
+
+    advice: a sentence that goes on "--strict out", such as "Use .mkv, or leave".
+    """
+    strict = option("strict")
+    return StrictError(f"{strict}: {what} cannot keep {lost}. {advice} {strict} out.")
+
+
+def reason_of(error: Exception) -> str:
+    """What the system or FFmpeg says of an error, without numbers and names of files."""
+    return getattr(error, "strerror", None) or str(error)
+
+
 def _in_python(name: str, value: str) -> str:
     return f"{name}={value}" if value else name
 
@@ -162,3 +176,6 @@ class StrictError(MakeupVideoError, ValueError):
 
 class StoppedError(MakeupVideoError, InterruptedError):
     exit_code = 130
+
+    def __init__(self, message: str = "stopped by the user") -> None:
+        super().__init__(message)

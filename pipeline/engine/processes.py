@@ -97,7 +97,7 @@ class ChildProcess:
                 return result
             except _Died as error:
                 if self._stopped:
-                    raise StoppedError("stopped by the user") from None
+                    raise StoppedError from None
                 died = WorkerError(str(error))
                 if error.serves_never:
                     break

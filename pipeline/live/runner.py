@@ -95,7 +95,7 @@ class LiveRunner:
         if self._first_error is not None:
             raise self._first_error
         if self.stopped:
-            raise StoppedError("stopped by the user")
+            raise StoppedError
 
     def stop(self) -> None:
         """End the run, from any thread: waiting frames are dropped, and the sinks finish."""

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 import av
 from av.video.frame import PictureType
-from makeup_video.pipeline.errors import StrictError, option
+from makeup_video.pipeline.errors import cannot_keep
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.display_matrix import turn_of
 from makeup_video.pipeline.frames.frame import Frame
@@ -213,11 +213,8 @@ class Decoder:
 
     def _refuse_changes(self) -> None:
         if self.muxer.strict and self.convert.unasked:
-            strict = option("strict")
-            raise StrictError(
-                f"{strict}: {self.convert.codec.name} cannot keep the picture as it is: "
-                f"{'; '.join(self.convert.unasked)}. Choose another codec, or leave {strict} out."
-            )
+            lost = f"the picture as it is: {'; '.join(self.convert.unasked)}"
+            raise cannot_keep(self.convert.codec.name, lost, "Choose another codec, or leave")
 
     @property
     def media_seconds(self) -> Fraction:

@@ -8,7 +8,7 @@ large library.
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from makeup_video.pipeline.errors import EncodeError, UsageError, option
+from makeup_video.pipeline.errors import EncodeError, UsageError, option, reason_of
 from makeup_video.pipeline.media.codecs import CODECS, VideoCodec, encoder_options
 
 NONE, AUTO = "none", "auto"
@@ -190,7 +190,7 @@ def _try(row: VideoCodec, size_wh: tuple[int, int], pix_fmt: str, options: dict[
             frame.pts = 0
             packets = [*stream.encode(frame), *stream.encode(None)]
     except (av.FFmpegError, ValueError, RuntimeError) as error:
-        return getattr(error, "strerror", None) or str(error)
+        return reason_of(error)
     return "" if any(packet.size for packet in packets) else "it encodes nothing"
 
 

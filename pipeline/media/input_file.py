@@ -10,7 +10,7 @@ from typing import Any
 
 import av
 from av.stream import Disposition
-from makeup_video.pipeline.errors import DecodeError, InputError
+from makeup_video.pipeline.errors import DecodeError, InputError, reason_of
 from makeup_video.pipeline.files.marks import PNG_MARK
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.media.mp4_boxes import lacks_index
@@ -143,9 +143,8 @@ def open_container(path: Path) -> Any:
                 f"{path} has no index: this mp4 or mov is still being written, was never finished, "
                 "or was cut short. Wait until it is whole, copy it again, or repair it"
             ) from error
-        reason = getattr(error, "strerror", None) or str(error)
         raise InputError(
-            f"{path} is not a video or picture file that can be read ({reason}); "
+            f"{path} is not a video or picture file that can be read ({reason_of(error)}); "
             "playlists are not followed"
         ) from error
 

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import av
 from av.stream import Disposition
-from makeup_video.pipeline.errors import OutputError, StrictError, option
+from makeup_video.pipeline.errors import OutputError, cannot_keep
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.media.clip import Clip
 from makeup_video.pipeline.media.codecs import MATROSKA
@@ -137,22 +137,15 @@ class Muxer:
         """Note what is lost from now on. Raises StrictError."""
         self.dropped.append(what)
         if self.strict:
-            strict = option("strict")
-            raise StrictError(
-                f"{strict}: the output cannot keep {what}. "
-                f"Cut the video there, or leave {strict} out."
-            )
+            raise cannot_keep("the output", what, "Cut the video there, or leave")
 
     def _refuse_loss(self) -> None:
         if self.strict and (self.dropped or self.converted):
             lost = "; ".join([*self.dropped, *(f"{text} (converted)" for text in self.converted)])
-            strict = option("strict")
             by_container = set(self.dropped) <= set(self._dropped_by_container)
             may_help = by_container and self.part.suffix.lower() != ".mkv"
             advice = "Use .mkv, or leave" if may_help else "Leave"
-            raise StrictError(
-                f"{strict}: {self.part.suffix} cannot keep {lost}. {advice} {strict} out."
-            )
+            raise cannot_keep(self.part.suffix, lost, advice)
 
     # -- packets -------------------------------------------------------------------------------
 

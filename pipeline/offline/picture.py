@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from makeup_video.pipeline.errors import StrictError, UsageError, option
+from makeup_video.pipeline.errors import UsageError, cannot_keep
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.orientation import Orientation
@@ -130,10 +130,7 @@ def _write(
         target.own_path.write_bytes(written)
     if settings.strict and (lost := report.dropped + report.conversions):
         advice = "Leave" if suffix == ".png" or is_lost_in_png else "Use .png, or leave"
-        raise StrictError(
-            f"{option('strict')}: {suffix} cannot keep {'; '.join(lost)}. {advice} "
-            f"{option('strict')} out."
-        )
+        raise cannot_keep(suffix, "; ".join(lost), advice)
     return report
 
 

@@ -11,7 +11,7 @@ from threading import Condition, Event, Thread
 from typing import Any
 
 import av
-from makeup_video.pipeline.errors import InputError, MakeupVideoError, option
+from makeup_video.pipeline.errors import InputError, MakeupVideoError, option, reason_of
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.sources.file_sound import FileSound
 from makeup_video.pipeline.live.sources.freshness import Freshness
@@ -288,7 +288,7 @@ class DeviceCamera:
                     container = open_camera(name, _system(), options)
                 except (av.FFmpegError, OSError, ValueError) as error:
                     number = getattr(error, "errno", None) or 0
-                    reason = _HELP.get(number) or getattr(error, "strerror", None) or str(error)
+                    reason = _HELP.get(number) or reason_of(error)
                     if number in _NOT_THERE or number in _HELP:
                         break
                     continue

@@ -10,7 +10,7 @@ from typing import Any
 
 import av
 import numpy as np
-from makeup_video.pipeline.errors import InputError
+from makeup_video.pipeline.errors import InputError, reason_of
 from makeup_video.pipeline.live.sound import RATE, SoundBlock
 from makeup_video.pipeline.live.sources.input_devices import device_packets, input_devices
 
@@ -102,7 +102,7 @@ def _first_open(names: list[str], wanted: str | None) -> tuple[Any, str]:
         try:
             container = _open(name)
         except (av.FFmpegError, OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
+            reason = reason_of(error)
             continue
         if container.streams.audio:
             return container, name
