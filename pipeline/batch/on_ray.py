@@ -184,8 +184,7 @@ class RayWorker:
             raise UsageError(WAS_STOPPED)
         reason, job = "", job.at_full_paths()
         for _ in range(_ATTEMPTS):
-            if self._stopped:
-                raise StoppedError("stopped by the user")
+            self._check()
             try:
                 return self._once(task, job, report).value()  # type: ignore[no-any-return]
             except RayTaskError as error:  # of the task itself, the same on every machine
@@ -194,7 +193,7 @@ class RayWorker:
                 raise WorkerError(f"the cluster could not paint it: {reason}") from error
             except RayError as error:
                 if self._stopped:
-                    raise StoppedError("stopped by the user") from None
+                    raise StoppedError from None
                 reason, job = type(error).__name__, job.again()
         raise WorkerError(f"the machine that did this job was lost {_ATTEMPTS} times ({reason})")
 
@@ -208,7 +207,7 @@ class RayWorker:
     def _check(self) -> None:
         """Raises StoppedError after `stop`."""
         if self._stopped:
-            raise StoppedError("stopped by the user")
+            raise StoppedError
 
     def _once(self, task: Any, job: RemoteJob, report: Callable[[Any], None]) -> Ended:
         pieces = (
@@ -219,7 +218,8 @@ class RayWorker:
         if self._stopped:  # meanwhile, by another thread, which did not see the task
             self.stop()
         with ExitStack() as stack:
-            outputs = [] if pieces is None else _arriving(job, stack)
+            arriving = () if pieces is None else job.outputs
+            outputs = [_Arriving(output, job, stack) for output in arriving]
             for item in self._task:
                 message = ray.get(item)
                 if isinstance(message, InProgress):
@@ -294,10 +294,6 @@ class _Arriving:
         self._target.keep()
 
 
-def _arriving(job: RemoteJob, stack: ExitStack) -> list[_Arriving]:
-    return [_Arriving(output, job, stack) for output in job.outputs]
-
-
 def _pieces(file: Any) -> Iterator[bytes]:
     while data := file.read(_PIECE_BYTES):
         yield data
@@ -312,13 +308,19 @@ def _on_machine(task: Any, job: RemoteJob, pieces: Sequence[Any] | None) -> Iter
         here = received(job, Path(folder), pieces)
         for message in _performed(task, here):
             if isinstance(message, Ended):
-                if message.error is None:
-                    _, whole = job.brought_back(message.result)
-                    for at in whole:
-                        with open(here.outputs[at], "rb") as file:
-                            yield from (_Piece(at, data) for data in _pieces(file))
+                yield from _outputs_of(message, job, here)
                 _name_inputs(message, str(here.source), str(job.source))
             yield message
+
+
+def _outputs_of(ended: Ended, job: RemoteJob, here: RemoteJob) -> "Iterator[_Piece]":
+    """The whole outputs of a job on files of this machine, in pieces."""
+    if ended.error is not None:
+        return
+    _, whole = job.brought_back(ended.result)
+    for at in whole:
+        with open(here.outputs[at], "rb") as file:
+            yield from (_Piece(at, data) for data in _pieces(file))
 
 
 # Ray's own retries would repeat the progress that was reported already.

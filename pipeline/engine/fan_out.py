@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from makeup_video.pipeline.engine.channel import Channel
-from makeup_video.pipeline.engine.machine import cores
 from makeup_video.pipeline.engine.runner import Sink
 
 _CAPACITY = 1  # items that wait for a thread: frames are large
@@ -102,10 +101,3 @@ class FanOut:
             self.errors[index] = self.errors[index] or error
             if self._on_error is not None:
                 self._on_error(index)
-
-
-def in_groups(count: int) -> list[range]:
-    """Split so many sinks into groups of about equal size, at most one a core."""
-    groups = min(count, cores())
-    ends = [count * number // groups for number in range(groups + 1)]
-    return [range(ends[number], ends[number + 1]) for number in range(groups)]

@@ -7,6 +7,7 @@ can do them.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from functools import partial
+from itertools import islice
 from queue import SimpleQueue
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -64,7 +65,7 @@ def run_jobs(
                     worker.stop()
                 wait(run.running)
             if isinstance(error, KeyboardInterrupt):
-                raise StoppedError("stopped by the user") from None
+                raise StoppedError from None
             raise
 
 
@@ -96,13 +97,9 @@ class _Run(Generic[Job, Progress, Result]):
             self._fill(pool, jobs)
 
     def _fill(self, pool: ThreadPoolExecutor, jobs: Iterator[Job]) -> None:
-        while len(self.running) < self._count:
-            for job in jobs:
-                with interrupted_later():
-                    self.running[pool.submit(self._do, job)] = job
-                break
-            else:
-                return
+        for job in islice(jobs, self._count - len(self.running)):
+            with interrupted_later():
+                self.running[pool.submit(self._do, job)] = job
 
     def _do(self, job: Job) -> Result:
         """Runs in a thread of the pool."""

@@ -1,6 +1,5 @@
 """Runs a video on threads: one for the source, some for the stages, one for the sink."""
 
-import itertools
 import threading
 import time
 from collections.abc import Callable, Generator
@@ -12,6 +11,7 @@ from typing import Any, Protocol
 from makeup_video.pipeline.engine.channel import Channel, ChannelClosed
 from makeup_video.pipeline.engine.machine import cores
 from makeup_video.pipeline.engine.signals import interrupted_later, undisturbed
+from makeup_video.pipeline.engine.split_evenly import split_evenly
 from makeup_video.pipeline.errors import StoppedError
 
 
@@ -95,7 +95,8 @@ class Runner:
     ) -> None:
         self._observe = observe
         self.source, self.stages, self.sink = source, stages, sink
-        self._groups = _shared(stages, max(1, cores() - 1 if threads is None else threads))
+        spans = split_evenly(len(stages), max(1, cores() - 1 if threads is None else threads))
+        self._groups = [stages[span.start : span.stop] for span in spans]  # one for each thread
         heads = [group[0][0] for group in self._groups] + [sink[0]]
         self.channels: list[Channel[Any]] = [Channel(f"-> {name}", capacity) for name in heads]
         names = [source[0], *(name for name, _ in stages), sink[0]]
@@ -138,7 +139,7 @@ class Runner:
             finally:
                 del first  # its traceback refers to this frame, and so to the whole video
         if self.stopped and not self._is_whole:
-            raise StoppedError("stopped by the user")
+            raise StoppedError
 
     def _tick(self, on_tick: Callable[[int], None]) -> None:
         """Call on_tick, unless the sink is finishing: an error would come too late to stop it."""
@@ -271,10 +272,3 @@ class Runner:
             with stopwatch:
                 sink.finish(stopped)
             self._is_whole = not stopped
-
-
-def _shared(stages: list[tuple[str, Stage]], threads: int) -> list[list[tuple[str, Stage]]]:
-    """Split the stages, in order, into one group of about equal size for each thread."""
-    count = min(threads, len(stages))
-    ends = [len(stages) * number // count for number in range(count + 1)] if count else []
-    return [stages[first:end] for first, end in itertools.pairwise(ends)]

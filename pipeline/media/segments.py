@@ -79,23 +79,10 @@ def plan_segments(
     seconds: the length of a segment; the next key frame ends it.  run_up: False where nothing
     follows the video over time.
     """
-    times, keys = [], []
-    clock = ClockJumps(source)
-    try:
-        for packet in packets_of(source.container, source.video):
-            if not packet.size or packet.is_discard:
-                continue  # an edit list hides the second kind
-            clock(packet)
-            if clock.jumps:
-                return _whole("its clock jumps")
-            times.append(packet.pts)
-            if packet.is_keyframe:
-                keys.append(packet.pts)
-    except av.FFmpegError:
-        return _whole("the file is damaged")
-    if None in times or has_guessed_times(source) or len(set(times)) < len(times):
-        return _whole("its frames have no times of their own")
-    times.sort()
+    found = _times_and_keys(source)
+    if isinstance(found, str):
+        return _whole(found)
+    times, keys = found
     if not times:
         return _whole("")
     kept = _Kept(source, times, part)
@@ -105,7 +92,7 @@ def plan_segments(
         return _whole("its last frame stays on screen beyond the end")
     if not (times := kept.times):
         return _whole("")
-    keys = [key for key in sorted(keys) if _is_apart(times, key, source.time_base)]
+    keys = [key for key in keys if _is_apart(times, key, source.time_base)]
     starts = _starts(times, keys, seconds / source.time_base)
     is_long = (times[-1] - times[0]) * source.time_base > 2 * seconds
     if len(starts) == 1:
@@ -116,6 +103,27 @@ def plan_segments(
     segments = [Segment(first, end, before, kept.shift) for first, end, before in spans]
     segments[-1] = replace(segments[-1], is_last=True)
     return Plan(tuple(segments))
+
+
+def _times_and_keys(source: VideoSource) -> tuple[list[int], list[int]] | str:
+    """The times of all frames and those of key frames, each in order, or why they do not help."""
+    times, keys = [], []
+    clock = ClockJumps(source)
+    try:
+        for packet in packets_of(source.container, source.video):
+            if not packet.size or packet.is_discard:
+                continue  # an edit list hides the second kind
+            clock(packet)
+            if clock.jumps:
+                return "its clock jumps"
+            times.append(packet.pts)
+            if packet.is_keyframe:
+                keys.append(packet.pts)
+    except av.FFmpegError:
+        return "the file is damaged"
+    if None in times or has_guessed_times(source) or len(set(times)) < len(times):
+        return "its frames have no times of their own"
+    return sorted(times), sorted(keys)
 
 
 class _Kept:

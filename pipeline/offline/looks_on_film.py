@@ -6,8 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from makeup_video.pipeline.engine.fan_out import FanOut, in_groups
+from makeup_video.pipeline.engine.fan_out import FanOut
+from makeup_video.pipeline.engine.machine import cores
 from makeup_video.pipeline.engine.runner import Runner, Stage, StageTimes, Stopwatch
+from makeup_video.pipeline.engine.split_evenly import split_evenly
 from makeup_video.pipeline.errors import MakeupVideoError, StoppedError
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.look import Look
@@ -84,7 +86,7 @@ def paint_film(
             raise
     film.remove_parts()
     if runner.stopped and more:
-        raise StoppedError("stopped by the user")
+        raise StoppedError
     return film.outcomes(source, runner)
 
 
@@ -93,7 +95,7 @@ class _Film:
 
     def __init__(self, looks: Mapping[Path, Look], settings: Settings) -> None:
         self._looks, self._settings = looks, settings
-        self._groups = in_groups(len(looks))
+        self._groups = split_evenly(len(looks), cores())
         self._composites: list[Composite | None] = []  # None for a bare look
         self._muxers: list[Muxer] = []
         self.faces = FaceRun(self._scene, paints=True)

@@ -6,7 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from makeup_video.pipeline.engine.fan_out import in_groups
+from makeup_video.pipeline.engine.machine import cores
+from makeup_video.pipeline.engine.split_evenly import split_evenly
 from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.media.for_each_output import CopyFrames
@@ -38,7 +39,8 @@ def paint_picture(src: Path, looks: Mapping[Path, Look], settings: Settings) -> 
         scene = stage(scene)
     work = _Work(picture, scene, faces, settings)
     outputs = list(looks.items())
-    groups = [dict(outputs[group.start : group.stop]) for group in in_groups(len(outputs))]
+    spans = split_evenly(len(outputs), cores())
+    groups = [dict(outputs[span.start : span.stop]) for span in spans]
     done: dict[Path, Outcome] = {}
     with ThreadPoolExecutor(len(groups)) as pool:
         try:

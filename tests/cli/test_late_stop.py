@@ -12,9 +12,9 @@ from people import SAMPLES
 HOOKED = """
 import importlib, os, signal, sys, time
 from makeup_video.cli import main
-from makeup_video.pipeline.engine import fan_out
+from makeup_video.pipeline.offline import looks_on_picture
 
-fan_out.cores = lambda: 1  # several looks of a picture are painted one after another
+looks_on_picture.cores = lambda: 1  # several looks of a picture are painted one after another
 where, name, moment, number = sys.argv[1:5]
 owner = importlib.import_module(where.split(":")[0])
 if ":" in where:

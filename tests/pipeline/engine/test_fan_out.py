@@ -5,9 +5,10 @@ import threading
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.pipeline.engine.fan_out import FanOut, in_groups
+from makeup_video.pipeline.engine.fan_out import FanOut
 from makeup_video.pipeline.engine.machine import cores
 from makeup_video.pipeline.engine.runner import Runner
+from makeup_video.pipeline.engine.split_evenly import split_evenly
 
 
 class Keep:
@@ -28,7 +29,8 @@ class Keep:
 
 
 def fan_of(sinks):
-    groups = [sinks[group.start : group.stop] for group in in_groups(len(sinks))]
+    spans = split_evenly(len(sinks), cores())
+    groups = [sinks[span.start : span.stop] for span in spans]
     return FanOut(groups, lambda item: [item] * len(sinks))
 
 
@@ -102,11 +104,3 @@ def test_a_cancelled_fan_finishes_nothing():
     fan.cancel()
     assert [sink.finished for sink in sinks] == [None, None]
     assert not [one for one in threading.enumerate() if one.name == "makeup-fan-out"]
-
-
-@given(st.integers(1, 200))
-def test_groups_share_the_sinks_evenly(count):
-    groups = in_groups(count)
-    assert [index for group in groups for index in group] == list(range(count))
-    sizes = [len(group) for group in groups]
-    assert max(sizes) - min(sizes) <= 1 and len(sizes) == min(count, cores())
