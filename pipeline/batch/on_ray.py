@@ -158,21 +158,21 @@ def ray_workers(count: int | None = None, *, ship: bool = False) -> "list[RayWor
     if count < 1:
         raise UsageError(f"{option('jobs')} must be at least 1, got {count}")
     files = _SentFiles() if ship else None
-    beside = max(1, max(sizes, default=1) // cpus)
-    return [RayWorker(cpus, files, beside) for _ in range(count)]
+    per_machine = max(1, max(sizes, default=1) // cpus)
+    return [RayWorker(cpus, files, per_machine) for _ in range(count)]
 
 
 class RayWorker:
     """Does one job at a time on some machine of the cluster; see Worker. The job is a RemoteJob.
 
     A job whose process or machine is lost is tried again elsewhere, up to twice.
-    files: where the machines share no folder.  beside: see Worker.
+    files: where the machines share no folder.  per_machine: see Worker.
     """
 
     def __init__(
-        self, cpus: int, files: "_SentFiles | None" = None, beside: int | None = None
+        self, cpus: int, files: "_SentFiles | None" = None, per_machine: int | None = None
     ) -> None:
-        self._cpus, self._files, self.beside = cpus, files, beside
+        self._cpus, self._files, self.per_machine = cpus, files, per_machine
         self._task: Any = None
         self._stopped = False
 

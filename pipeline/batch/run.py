@@ -59,8 +59,8 @@ def run_batch(
     Raises StoppedError after Ctrl-C, OutputError when the journal cannot be written. What was being
     written is then removed.
     """
-    beside = min([one.beside or len(workers) for one in workers] + [len(workers), len(jobs)])
-    share = _MEMORY_SHARE / max(1, beside)
+    sharing = min(len(workers), len(jobs), *(one.per_machine or len(workers) for one in workers))
+    share = _MEMORY_SHARE / max(1, sharing)
     run = _Run([replace(job, memory_share=share) for job in jobs], journal, events)
     try:
         run_jobs(do_job, run.begun(), workers, events.progress, run.end)

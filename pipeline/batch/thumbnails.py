@@ -5,7 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from makeup_video.pipeline.errors import DecodeError, InputError
-from makeup_video.pipeline.frames.rgb import eight_bits
+from makeup_video.pipeline.frames.rgb import as_uint8
 from makeup_video.pipeline.images.heif import is_heif
 from makeup_video.pipeline.images.picture_file import decode_picture, is_picture, read_bytes
 from makeup_video.pipeline.media.probe import picture_at
@@ -49,7 +49,7 @@ def _picture(path: Path, is_own: bool) -> np.ndarray:
     data = read_bytes(path, is_own=is_own)
     if is_heif(data):
         stored, _ = decode_picture(data, path)
-        return eight_bits(stored)[..., :3]
+        return as_uint8(stored)[..., :3]
     upright = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
     if upright is None:
         raise DecodeError(f"{path} cannot be decoded")

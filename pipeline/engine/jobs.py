@@ -30,10 +30,10 @@ class Worker(Protocol):
     run: does one job at a time, in any thread. Raises what the task raises, WorkerError when
     whatever did the job is gone, StoppedError when `stop` ends it, UsageError after `stop`.
     stop: ends the job at once, from any thread.
-    beside: how many of these workers may share the memory of one machine; None: all.
+    per_machine: how many of these workers may share the memory of one machine; None: all.
     """
 
-    beside: int | None
+    per_machine: int | None
 
     def run(
         self, task: Task[Job, Progress, Result], job: Job, report: Callable[[Progress], None], /

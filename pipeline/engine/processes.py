@@ -69,7 +69,7 @@ class ChildProcess:
     attempts: how often a job is begun whose process dies.
     """
 
-    beside: int | None = None
+    per_machine: int | None = None
 
     def __init__(self, attempts: int = 1) -> None:
         self._attempts = attempts

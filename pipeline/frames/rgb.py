@@ -22,7 +22,7 @@ def to_frame(
     stored: (H, W, 1 to 4) uint8 or uint16: grey, grey and alpha, BGR or BGRA; alpha is left out.
     tags: PICTURE_TAGS, or the same with other primaries.
     """
-    eight = eight_bits(stored)
+    eight = as_uint8(stored)
     bgr = np.repeat(eight[..., :1], 3, axis=2) if eight.shape[2] < 3 else eight[..., :3]
     picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(bgr), format="bgr24").reformat(
         format="yuv444p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.JPEG
@@ -31,7 +31,7 @@ def to_frame(
     return Frame(picture, 0, PICTURE_TICK, tags, rotation_degrees)
 
 
-def eight_bits(codes: np.ndarray) -> np.ndarray:
+def as_uint8(codes: np.ndarray) -> np.ndarray:
     """uint8 or uint16 codes as the nearest uint8 codes; uint8 ones as they are."""
     return codes if codes.dtype == np.uint8 else (codes / 257 + 0.5).astype(np.uint8)
 

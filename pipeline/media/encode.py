@@ -16,9 +16,9 @@ from makeup_video.pipeline.media.codecs import CODECS, MATROSKA, MP4, VideoCodec
 from makeup_video.pipeline.media.hardware import add_stream, handed_format
 from makeup_video.pipeline.media.hdr import hdr_parameters
 from makeup_video.pipeline.media.input_file import VideoSource
+from makeup_video.pipeline.media.lost_side_data import lost_side_data
 from makeup_video.pipeline.media.sample_description import DOLBY_VISION, lost_descriptions
 from makeup_video.pipeline.media.scheduling import open_encoder
-from makeup_video.pipeline.media.side_data import lost_side_data
 
 _STOP_SECONDS = 0.5  # after Ctrl-C, flushing the encoder may take no longer than this
 _BOTTOM_FIRST = (3, 4)  # FFmpeg's AV_FIELD_BB and AV_FIELD_TB: which field is shown first

@@ -67,12 +67,12 @@ class Plan:
     obstacle: str = ""
 
 
-# Start and end of the part of a video that is kept, in seconds from where it begins.
-Part = tuple[Fraction | None, Fraction | None]
+# Start and end of what is kept of a video, in seconds from where it begins.
+Excerpt = tuple[Fraction | None, Fraction | None]
 
 
 def plan_segments(
-    source: VideoSource, seconds: Fraction, part: Part = (None, None), *, run_up: bool = True
+    source: VideoSource, seconds: Fraction, excerpt: Excerpt = (None, None), *, run_up: bool = True
 ) -> Plan:
     """Read the packets of a video, without decoding them, and choose where to split it.
 
@@ -85,7 +85,7 @@ def plan_segments(
     times, keys = found
     if not times:
         return _whole("")
-    kept = _Kept(source, times, part)
+    kept = _Kept(source, times, excerpt)
     if kept.begins_with_a_still:
         return _whole("its first frame was already on screen before the start")
     if kept.ends_with_a_still:
@@ -127,20 +127,20 @@ def _times_and_keys(source: VideoSource) -> tuple[list[int], list[int]] | str:
 
 
 class _Kept:
-    """The frames that a part of a video keeps, as Trim keeps them.
+    """The frames that an excerpt of a video keeps, as Trim keeps them.
 
     times: of the frames, in order.  begins_at, ends_at: of the first frame, and of the first one
-    behind the part; None where the video begins and ends.
+    behind the excerpt; None where the video begins and ends.
     """
 
-    def __init__(self, source: VideoSource, times: list[int], part: Part) -> None:
+    def __init__(self, source: VideoSource, times: list[int], excerpt: Excerpt) -> None:
         tick, origin = source.time_base, source.start_seconds
-        start, end = (None if one is None else one + origin for one in part)
+        start, end = (None if one is None else one + origin for one in excerpt)
         # a start of 0 keeps what lies before the first sound, as in a run without segments
-        first = 0 if not part[0] or start is None else bisect_left(times, start / tick)
+        first = 0 if not excerpt[0] or start is None else bisect_left(times, start / tick)
         last = len(times) if end is None else bisect_left(times, end / tick)
         self.times = times[first:last]
-        is_cut = bool(part[0])
+        is_cut = bool(excerpt[0])
         self.begins_at = self.times[0] if is_cut and self.times else None
         self.ends_at = times[last] if last < len(times) else None
         self.shift = 0

@@ -14,7 +14,7 @@ from makeup_video.pipeline.errors import UsageError, cannot_keep
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.orientation import Orientation
-from makeup_video.pipeline.frames.rgb import PICTURE_TAGS, eight_bits, merge, to_frame, with_colour
+from makeup_video.pipeline.frames.rgb import PICTURE_TAGS, as_uint8, merge, to_frame, with_colour
 from makeup_video.pipeline.images.exif import orientation, without_thumbnail
 from makeup_video.pipeline.images.file_tags import FileTags, file_tags, with_file_tags
 from makeup_video.pipeline.images.icc import is_display_p3
@@ -146,7 +146,7 @@ def _fitting(pixels: np.ndarray, report: Report) -> np.ndarray:
         return pixels
     if pixels.dtype != np.uint8:
         report.conversions.append(f"16 bits -> 8 bits ({name})")
-        pixels = eight_bits(pixels)
+        pixels = as_uint8(pixels)
     if pixels.shape[2] == 4 and name == "JPEG":
         report.dropped.append("transparency: JPEG has none; laid on white (use .png to keep it)")
         weight = pixels[..., 3:] / 255

@@ -26,15 +26,15 @@ from makeup_video.pipeline.offline.settings import Settings
 
 
 def plan_of(src: str | os.PathLike[str], look: Look, minutes: Fraction, settings: Settings) -> Plan:
-    """Where to split a video, or the part of it that the settings keep, into segments of about so
+    """Where to split a video, or the excerpt that the settings keep, into segments of about so
     many minutes.
 
     Raises UsageError, InputError, DecodeError.
     """
     with closing(open_video(local_file(src))) as source:
         check_start(source, settings.start_seconds)
-        part = settings.start_seconds, settings.end_seconds
-        return plan_segments(source, minutes * 60, part, run_up=not look.is_bare)
+        excerpt = settings.start_seconds, settings.end_seconds
+        return plan_segments(source, minutes * 60, excerpt, run_up=not look.is_bare)
 
 
 def process_in_segments(

@@ -42,13 +42,13 @@ class Timeline:
 
         seconds: in the file; None when missing.  length: the frame's duration; 0 when missing.
         """
-        due = self._last = self.peek(seconds)
+        due = self._last = self.due(seconds)
         self._own = self._own if seconds is None else seconds
         self._length = length if 0 < length <= _GAP_SECONDS else self._usual
         return due
 
-    def peek(self, seconds: float | None) -> float:
-        """Return what a call with this time would return."""
+    def due(self, seconds: float | None) -> float:
+        """When a frame of that time is due, as a call returns it. A reset of the clock is noted."""
         after = 0.0 if self._last is None else self._last + self._length
         if seconds is None:
             return after
@@ -177,7 +177,7 @@ class FileCamera:
         if not packet.size:
             return False
         seconds = self._seconds(packet)
-        if packet.is_keyframe and self._began + self._timeline.peek(seconds) >= time.monotonic():
+        if packet.is_keyframe and self._began + self._timeline.due(seconds) >= time.monotonic():
             context.flush_buffers()
             self._is_far_behind = False
             return True

@@ -97,7 +97,7 @@ def test_a_process_that_dies_ends_its_job_alone(tmp_path):
 @pytest.mark.parametrize("error", [WorkerError, TooLittleMemoryError])
 def test_what_was_whole_when_a_job_was_cut_short_is_kept(tmp_path, error):
     class Fails:
-        beside = None
+        per_machine = None
 
         def run(self, task, job, report):
             run_job(job.only({job.outputs[0]}), report)
@@ -158,15 +158,15 @@ def test_an_output_larger_than_any_input_has_a_small_picture(tmp_path, monkeypat
 
 
 @pytest.mark.parametrize(
-    ("beside", "workers", "jobs", "share"),
+    ("per_machine", "workers", "jobs", "share"),
     [(None, 8, 2, 0.25), (None, 2, 8, 0.25), (4, 100, 9, 0.125), (4, 100, 1, 0.5), (8, 1, 9, 0.5)],
 )
-def test_jobs_share_the_memory_of_their_machine(tmp_path, beside, workers, jobs, share):
+def test_jobs_share_the_memory_of_their_machine(tmp_path, per_machine, workers, jobs, share):
     shares = []
 
     class Noting:
         def __init__(self):
-            self.beside = beside
+            self.per_machine = per_machine
 
         def run(self, task, job, report):
             shares.append(job.memory_share)

@@ -36,7 +36,7 @@ def held():
 
 
 class InThisProcess:
-    beside = None
+    per_machine = None
 
     def run(self, task, job, report):
         return task(job, report)

@@ -5,7 +5,7 @@ import struct
 import pytest
 from makeup_video.pipeline import Settings, StrictError, process_video
 from makeup_video.pipeline.frames.side_data import all_side_data
-from makeup_video.pipeline.media import side_data
+from makeup_video.pipeline.media import lost_side_data as module
 from makeup_video.pipeline.media.codecs import CODECS
 from media import decoded, make_clip
 from mp4_files import box, describe
@@ -18,8 +18,8 @@ def lost_side_data(monkeypatch):
     def found(picture, name):
         return b"\xfc\x94\x20" if name in picture else None
 
-    monkeypatch.setattr(side_data, "side_data", found)
-    return side_data.lost_side_data
+    monkeypatch.setattr(module, "side_data", found)
+    return module.lost_side_data
 
 
 @pytest.mark.parametrize("name", CODECS)
@@ -73,6 +73,6 @@ def test_h264_has_no_number_for_some_kinds_of_stereo(monkeypatch, kind):
     def found(picture, name):
         return struct.pack("=2i", kind, 0) if name == "STEREO3D" else None
 
-    monkeypatch.setattr(side_data, "side_data", found)
+    monkeypatch.setattr(module, "side_data", found)
     is_lost = kind in (5, 8)
-    assert bool(side_data.lost_side_data(set(), CODECS["h264"])) == is_lost
+    assert bool(module.lost_side_data(set(), CODECS["h264"])) == is_lost
