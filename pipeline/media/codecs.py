@@ -19,7 +19,7 @@ CONTAINERS = {
     ".webm": "webm",
 }
 MATROSKA = ("matroska", "webm")  # one format, two names
-MP4 = ("mp4", "mov")  # the same
+MP4 = ("mp4", "mov")  # almost one format
 
 # HEVC in mp4 and mov has two names. Apple's players need "hvc1", which promises that the parameter
 # sets are in the header alone; FFmpeg writes the other, "hev1".
