@@ -6,6 +6,7 @@ import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -21,6 +22,16 @@ def notebook(monkeypatch):
 def test_the_notebook_is_what_the_page_says(notebook):
     again = "run python docs/make/make_notebook.py"
     assert notebook.NOTEBOOK.read_text(encoding="utf-8") == notebook.text(), again
+
+
+def test_the_notebook_and_the_site_do_not_lead_to_it(notebook):
+    page = SimpleNamespace(file=SimpleNamespace(src_uri="python.md"))
+    hooks = import_module("site_hooks")
+    on_site = hooks.on_page_markdown(notebook.PAGE.read_text(encoding="utf-8"), page)
+    for text in (notebook.text(), on_site):
+        assert "ipynb](" not in text and "as a notebook" not in text
+    with pytest.raises(ValueError, match="0 paragraphs of "):
+        notebook.without_notebook(on_site)
 
 
 @pytest.mark.timeout(600)

@@ -13,8 +13,7 @@ from pathlib import Path
 PAGE = Path(__file__).parents[1] / "python.md"
 NOTEBOOK = PAGE.with_suffix(".ipynb")
 _CODE = re.compile(r"^```python\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
-# of the page, about the page itself
-_ABOUT = re.compile(r"^The same page as a notebook:.*?\n\n", re.DOTALL | re.MULTILINE)
+_OF_NOTEBOOK = re.compile(r"^The same page as a notebook:.*?\n\n", re.DOTALL | re.MULTILINE)
 _SETUP = """\
 Run the cells from top to bottom, in the root of a clone of makeup-video with the samples:
 `pip install -q . tqdm jupyterlab && jupyter lab docs/python.ipynb`
@@ -33,9 +32,17 @@ def code_cells() -> list[str]:
     return _CODE.findall(PAGE.read_text(encoding="utf-8"))
 
 
+def without_notebook(page: str) -> str:
+    """Leave out the paragraph that leads to the notebook. Raises ValueError where there is none."""
+    text, count = _OF_NOTEBOOK.subn("", page)
+    if count != 1:
+        raise ValueError(f"{count} paragraphs of {PAGE.name} begin with the notebook, not 1")
+    return text
+
+
 def cells() -> list[dict[str, object]]:
     """The cells of the notebook."""
-    title, text = _ABOUT.sub("", PAGE.read_text(encoding="utf-8"), count=1).split("\n", 1)
+    title, text = without_notebook(PAGE.read_text(encoding="utf-8")).split("\n", 1)
     made = [_cell("markdown", f"{title}\n\n{_SETUP}"), _cell("code", _TO_ROOT)]
     for number, part in enumerate(_CODE.split(text)):
         if part.strip():

@@ -1,12 +1,10 @@
 """Hooks of mkdocs.yml: where the site differs from the pages in the repository."""
 
-import re
 from typing import Any
 
-# The notebook is for Jupyter, and no page of the site.
-_NOTEBOOK = re.compile(r"^The same page as a notebook:.*?\n\n", re.DOTALL | re.MULTILINE)
+from make_notebook import without_notebook  # MkDocs looks for it beside this file
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Leave out the link to the notebook."""
-    return _NOTEBOOK.sub("", markdown) if page.file.src_uri == "python.md" else markdown
+    """Leave out the link to the notebook, which is for Jupyter, and no page of the site."""
+    return without_notebook(markdown) if page.file.src_uri == "python.md" else markdown
