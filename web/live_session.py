@@ -62,6 +62,7 @@ class LiveSession:
         self._cameras = cameras
         self._make_recording = make_recording
         self._recording: LiveSink | None = None
+        self._recorded: set[str] = set()  # names of all recordings that pages started
         self._portrait: Portrait | None = None
         self._needs_both = False  # a picture of before and after
         self._wishes = threading.Lock()
@@ -102,7 +103,11 @@ class LiveSession:
         self._sink.show_again()
 
     def figures(self) -> Mapping[str, Any]:
-        return asdict(self._run.figures())
+        """Those of the run, and for each sink `by_page`: a page started it, and may end it."""
+        values = asdict(self._run.figures())
+        for sink in values["sinks"]:
+            sink["by_page"] = sink["name"] in self._recorded
+        return values
 
     def read(self, photo: bytes, name: str, face: str) -> PhotoLook | SeveralFaces:
         return read_look(photo, name, face)
@@ -129,6 +134,7 @@ class LiveSession:
                 recording.finish()  # gives back the sound that it took
                 raise
             self._recording = recording
+            self._recorded.add(recording.name)
         elif not on and self._recording is not None:
             self._run.end_sink(self._recording)
             self._recording = None

@@ -220,6 +220,16 @@ def test_a_recording_that_failed_can_be_started_again():
     assert [one.name for one in run.sinks] == ["a", "b"]
 
 
+def test_a_page_knows_its_recordings_from_the_user_s():
+    run = Run()
+    run.add_sink(List("makeup-20260101-101010.mkv"))  # of -o, called as the page's are
+    session = LiveShow(run, PreviewSink(PreviewJpeg()), None, lambda: List("talk.mkv")).enter("")
+    for on in (True, False):  # while it runs, and once it is over
+        session.record(on)
+        sinks = [(sink["by_page"], sink["is_over"]) for sink in session.figures()["sinks"]]
+        assert sinks == [(False, False), (True, not on)]
+
+
 def test_another_machine_starts_no_recording(parts, monkeypatch):
     monkeypatch.setattr("makeup_video.web.app.is_this_machine", lambda scope: False)
     with serving(parts[3]) as url, Page(url) as page:

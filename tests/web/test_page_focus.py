@@ -80,6 +80,25 @@ def test_the_focus_stays_in_the_row_of_looks_beside_a_new_one(page):
     assert focused == ready_looks()[2].name.replace("-", " ")
 
 
+def test_the_focus_stays_on_a_photo_while_the_page_reconnects(page):
+    sockets = []
+
+    def connect(socket):
+        socket.connect_to_server()
+        sockets.append(socket)
+
+    page.page.route_web_socket("**/ws*", connect)
+    page.page.reload()
+    page.until(lambda: page.pts is not None)
+    for slot in ("photo", "portrait"):
+        page.page.focus(f"#{slot}-slot input")
+        count = len(sockets)
+        sockets[-1].close()
+        page.until(lambda: page.page.is_visible("#veil") or len(sockets) > count)  # noqa: B023
+        page.until(lambda: not page.page.is_visible("#veil") and len(sockets) > count)  # noqa: B023
+        assert is_focused(page, f"#{slot}-slot input")
+
+
 def test_a_look_without_a_picture_is_called_by_its_name_alone(page):
     page.page.route("**/look-thumbnail?*", lambda route: route.fulfill(status=404))
     page.page.reload()

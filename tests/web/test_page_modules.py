@@ -156,6 +156,23 @@ SAID = """async (text) => {
 }"""
 
 
+# The veil comes and goes: what is on it within a status that is there before.
+VEILED = """async (text) => {
+    const { showVeil } = await import("/static/status.js");
+    const status = document.querySelector("#veil").closest("[role=status]");
+    const said = [status.checkVisibility(), status.innerText];
+    showVeil(text);
+    said.push(status.innerText.trim());
+    showVeil(null);
+    return [...said, status.checkVisibility(), status.innerText];
+}"""
+
+
+def test_the_veil_is_said_by_an_element_that_is_always_there(page):
+    assert page.page.evaluate(VEILED, "no frame") == [True, "", "no frame", True, ""]
+    page.page.click("#picture")  # the empty element is not in the way
+
+
 def test_a_notice_is_said_by_an_element_that_is_always_there(page):
     assert page.page.evaluate(SAID, "several files") == [True, "several files"]
     page.page.click("#notice button")

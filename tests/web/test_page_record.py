@@ -66,9 +66,27 @@ def test_a_double_click_starts_a_recording_and_leaves_it(live, visit, tmp_path):
     assert len(list(tmp_path.glob("makeup-*.mkv"))) == 1
 
 
+def test_the_user_s_recording_is_not_taken_for_the_page_s(chromium, visit, tmp_path):
+    command = ["live", "--camera", str(SAMPLES / "in.mp4"), "--loop"]
+    served = Served(*command, "-o", "makeup-20260101-101010.mkv", folder=tmp_path)
+    page = visit(served)
+    page.until(lambda: "REC" in figures(page))
+    assert page.page.get_attribute("#record-button", "aria-pressed") == "false"
+    with page.page.expect_response("**/recording?*"):  # until then the button is busy
+        page.page.click("#record-button")
+    page.until(lambda: figures(page).count("REC") == 2)
+    page.page.click("#record-button")
+    page.until(lambda: "lies in the folder" in page.page.inner_text("#notice"))
+    assert figures(page).count("REC") == 1
+    page.server_may_stop = True
+    assert served.stop() == 0
+
+
 # The figures before a recording, and twice after one that ended without a frame.
 NOTHING = """() => import("/static/status.js").then(({ showFigures }) => {
-    const sink = {kind: "recording", name: "makeup-20260101-101010.mkv", pictures: 0, seconds: 0, is_over: true};
+    const sink = {
+        kind: "recording", name: "makeup-20260101-101010.mkv", pictures: 0, seconds: 0, is_over: true, by_page: true,
+    };
     for (const sinks of [[], [sink], [sink]]) showFigures({fps: 30, level: 0, viewers: 1, notice: "", sinks});
 })"""
 

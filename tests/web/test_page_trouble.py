@@ -122,6 +122,18 @@ def camera(page):
     return page, choice, answer
 
 
+def test_a_page_elsewhere_hides_the_choice_of_cameras(page):
+    thrown = []
+    debugger = page.context.new_cdp_session(page.page)
+    debugger.on("Debugger.paused", lambda event: thrown.append(event["data"]["description"]))
+    debugger.on("Debugger.paused", lambda _: debugger.send("Debugger.resume"))
+    debugger.send("Debugger.enable")
+    debugger.send("Debugger.setPauseOnExceptions", {"state": "all"})  # those that are caught, too
+    page.page.route("**/camera?*", lambda route: route.fulfill(json={"is_owner": False}))
+    page.page.evaluate(SHOW)
+    assert thrown == [] and not page.page.is_visible("#camera")
+
+
 def test_the_focus_stays_on_the_camera_that_is_chosen(camera):
     page, choice, answer = camera
     answer["name"] = "/dev/video1"

@@ -11,23 +11,25 @@ const section = document.getElementById("camera");
  */
 export async function showCameras(session, onOwner, onError) {
   const address = `/camera?session=${encodeURIComponent(session)}`;
+  let choices;
   try {
     const response = await ask(address);
     if (!response.ok) return;
-    const choices = await response.json();
-    onOwner(choices.is_owner);
-    show(choices, address, onError);
+    choices = await response.json();
   } catch {
     section.hidden = true; // the connection is lost, and the next hello asks again
+    return;
   }
+  onOwner(choices.is_owner);
+  show(choices, address, onError);
 }
 
 function show(choices, address, onError) {
   const { names = [], name, sizes = [], size } = choices;
   section.hidden = names.length < 2 && size == null;
+  if (section.hidden) return; // a run without cameras, or a page on another machine
   const camera = choice("Camera", names.includes(name) ? names : [name, ...names], name);
   const sizeChoice = choice("Size", sizes.includes(size) ? sizes : [size ?? "", ...sizes], size ?? "");
-  sizeChoice.hidden = size == null && names.length < 2;
   const put = async ({ target }) => {
     onError("");
     section.setAttribute("aria-busy", "true");

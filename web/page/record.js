@@ -45,13 +45,10 @@ function time(seconds) {
   return h ? `${h}:${two(m)}:${two(s)}` : `${m}:${two(s)}`;
 }
 
-const isByPage = ({ kind, name }) =>
-  kind === "recording" && /^makeup-\d{8}-\d{6}(-\d+)?\.mkv$/.test(name);
-
 /** [text, class, title] for each recording and stream that runs; presses the button to match. */
 export function outputs(sinks = []) {
   const running = sinks.filter(({ is_over: isOver }) => !isOver);
-  button.setAttribute("aria-pressed", running.some(isByPage));
+  button.setAttribute("aria-pressed", running.some(({ by_page: isByPage }) => isByPage));
   return running.flatMap(({ kind, name, seconds }) => {
     if (kind === "recording") return [[`● REC ${time(seconds)}`, "recording", name]];
     if (kind !== "stream") return [];
@@ -62,7 +59,7 @@ export function outputs(sinks = []) {
 
 /** Where a recording lies that a page started and that has just ended; otherwise "". */
 export function endOfRecording({ sinks = [], notice = "" }) {
-  const over = sinks.filter((sink) => sink.is_over && isByPage(sink));
+  const over = sinks.filter((sink) => sink.is_over && sink.by_page);
   ended ??= new Set(over.map(({ name }) => name));
   const last = over.find(({ name }) => !ended.has(name));
   const before = ending;

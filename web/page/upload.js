@@ -137,11 +137,10 @@ export class Photos {
     const isNew = this.#hello !== null && this.#hello.session !== hello.session;
     this.#hello = hello;
     for (const kind of hello.mode === "demo" ? ["photo", "portrait"] : ["photo"]) {
-      this.#slots[kind] ??= new Slot(kind, (...photo) => this.#upload(...photo));
+      if (this.#slots[kind]) continue; // to put it there again would take the focus from it
+      this.#slots[kind] = new Slot(kind, (...photo) => this.#upload(...photo));
+      document.getElementById("photos").append(this.#slots[kind].element);
     }
-    document
-      .getElementById("photos")
-      .replaceChildren(...Object.values(this.#slots).map(({ element }) => element));
     this.#slots.portrait?.show(hello.session);
     const portrait = this.#slots.portrait?.file;
     // a new session has no portrait of ours
