@@ -4,7 +4,7 @@ Other programs of this folder use these functions; run by itself, this file draw
 """
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -21,6 +21,7 @@ JPEG = [
     cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
     cv2.IMWRITE_JPEG_OPTIMIZE, 1,
 ]  # fmt: skip
+CELL_WH = 200, 125
 _LABEL_PX, _PAPER, _INK = 20, 255, (40, 40, 40)
 _FONT, _FONT_SCALE, _CHARACTER_PX = cv2.FONT_HERSHEY_SIMPLEX, 0.42, 8
 
@@ -133,6 +134,20 @@ def grid(
     return np.vstack(lines)
 
 
+def draw_looks(
+    scenes: Mapping[str, Scene],
+    looks: Mapping[str, Look],
+    what: What = MOUTH,
+    size_wh: tuple[int, int] = CELL_WH,
+) -> np.ndarray:
+    """Draw a grid. Rows are scenes; columns are the bare face, then the looks."""
+    looks = {"bare": Look(), **looks}
+    cells = [
+        [scene.closeup(look, what, size_wh) for look in looks.values()] for scene in scenes.values()
+    ]
+    return grid(cells, list(looks), list(scenes))
+
+
 def _label(text: str, width: int, height: int = _LABEL_PX) -> np.ndarray:
     box = np.full((height, width, 3), _PAPER, np.uint8)
     if not text:
@@ -150,12 +165,16 @@ def take_no_options(text: str) -> None:
 
 def save_all(pictures: dict[str, Callable[[], np.ndarray]]) -> None:
     """Draw each picture and write it under its file name. Raises OSError when a write fails."""
-    (DOCS / PICTURES).mkdir(exist_ok=True)
     for name, draw in pictures.items():
-        path = DOCS / PICTURES / name
-        if not cv2.imwrite(str(path), draw()[..., ::-1], JPEG):
-            raise OSError(f"{path} cannot be written")
-        print(f"{path.stat().st_size / 1000:4.0f} kB  {path}", flush=True)
+        write(DOCS / PICTURES / name, draw())
+
+
+def write(path: Path, rgb8: np.ndarray) -> None:
+    """Write a picture as JPEG, and print its size. Raises OSError when the write fails."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if not cv2.imwrite(str(path), rgb8[..., ::-1], JPEG):
+        raise OSError(f"{path} cannot be written")
+    print(f"{path.stat().st_size / 1000:4.0f} kB  {path}", flush=True)
 
 
 def picture(name: str) -> str:
@@ -163,7 +182,7 @@ def picture(name: str) -> str:
     return f"![{name}]({PICTURES}/{name}.jpg)"
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a table in Markdown."""
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)

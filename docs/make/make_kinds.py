@@ -15,7 +15,6 @@ from makeup_video.pipeline.look.params import hex_of
 
 PAGE = sheet.DOCS / "kinds.md"
 STEPS = 5
-_CELL_WH = 200, 125
 _OPEN = 0  # a frame of samples/in.mp4 with open eyes and a closed mouth
 # What is shown of each surface, and a frame beside it: for eyes one with closed lids.
 _SHOWN: dict[str, tuple[sheet.What, tuple[int, ...]]] = {
@@ -33,21 +32,24 @@ def look_of(kind: Kind, shape: dict[str, Any], finish: str | None = None) -> Loo
 
 def _row(kind: Kind, looks: list[Look], frame: int) -> list[np.ndarray]:
     what, _ = _SHOWN[kind.surface]
-    return [sheet.clip(frame).closeup(look, what, _CELL_WH) for look in looks]
+    return [sheet.clip(frame).closeup(look, what, sheet.CELL_WH) for look in looks]
 
 
 def draw_finishes(kind: Kind) -> np.ndarray:
     """Draw the kind in every finish."""
-    looks = [Look(), *(look_of(kind, {}, finish) for finish in FINISHES)]
-    cells = [_row(kind, looks, frame) for frame in _SHOWN[kind.surface][1]]
-    return sheet.grid(cells, ["bare", *FINISHES])
+    return _beside_bare(kind, {finish: look_of(kind, {}, finish) for finish in FINISHES})
 
 
 def draw_slots(kind: Kind) -> np.ndarray:
     """Draw every named place of the kind."""
-    looks = [Look(), *(look_of(kind, {"slot": slot}) for slot in kind.slots)]
-    cells = [_row(kind, looks, frame) for frame in _SHOWN[kind.surface][1]]
-    return sheet.grid(cells, ["bare", *kind.slots])
+    return _beside_bare(kind, {slot: look_of(kind, {"slot": slot}) for slot in kind.slots})
+
+
+def _beside_bare(kind: Kind, looks: dict[str, Look]) -> np.ndarray:
+    """Draw the bare face and the looks in every frame that shows the kind."""
+    frames = _SHOWN[kind.surface][1]
+    cells = [_row(kind, [Look(), *looks.values()], frame) for frame in frames]
+    return sheet.grid(cells, ["bare", *looks])
 
 
 def draw_dials(kind: Kind) -> np.ndarray:

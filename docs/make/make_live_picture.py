@@ -8,7 +8,6 @@ says all the time that the machine is slow, as on two cores without a GPU, so do
 
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -20,6 +19,7 @@ from typing import Any
 import contact_sheet as sheet
 import cv2
 import numpy as np
+from makeup_video.benchmark.live_browser import find_browser
 from makeup_video.pipeline import find_faces
 
 LIVE = "live.jpg"
@@ -43,7 +43,7 @@ def draw() -> np.ndarray:
     with _live() as url, sync_playwright() as playwright:
         os.nice(_NICE)
         browser = playwright.chromium.launch(
-            executable_path=shutil.which("chromium"), args=["--no-sandbox", "--disable-gpu"]
+            executable_path=find_browser(), args=["--no-sandbox", "--disable-gpu"]
         )
         page = browser.new_page(viewport=_SIZE)
         page.goto(url)

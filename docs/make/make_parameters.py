@@ -17,7 +17,7 @@ PAGE = sheet.DOCS / "parameters.md"
 STEPS = 5
 # Frames of samples/in.mp4 with open and with closed eyes; the mouth is closed in both.
 _OPEN, _SHUT = 0, 24
-RED, PLUM, NUDE, PINK, BROWN, BRONZE = "B4002E", "4A1030", "B5705A", "F0D0D8", "5A3A2E", "8A5A34"
+RED, PLUM, NUDE, PINK, BRONZE = "B4002E", "4A1030", "B5705A", "F0D0D8", "8A5A34"
 
 _FINISHES = {
     "matte": "dry, with full coverage and no shine",

@@ -38,29 +38,22 @@ def draw_ready_eyes() -> np.ndarray:
     """Draw the eyes of the looks that differ most there, in several eyes."""
     scenes = {name: sheet.clip(at) for name, at in _EYES.items()}
     scenes |= {"glasses": sheet.portrait(), "smile": sheet.astronaut()}
-    ready = _ready()
-    looks = {"bare": Look(), **{name: ready[name] for name in _EYE_LOOKS}}
-    cells = [
-        [scene.closeup(look, sheet.EYE, _CELL_WH) for look in looks.values()]
-        for scene in scenes.values()
-    ]
-    return sheet.grid(cells, list(looks), list(scenes))
+    return sheet.draw_looks(scenes, _eye_looks(), sheet.EYE, _CELL_WH)
 
 
 def draw_ready_lights() -> np.ndarray:
     """Draw some looks in three lights."""
-    ready = _ready()
     scenes = {light: sheet.astronaut().in_light(light) for light in _THREE_LIGHTS}
-    looks = {"bare": Look(), **{name: ready[name] for name in _EYE_LOOKS}}
-    cells = [
-        [scene.closeup(look, sheet.FACE, _FACE_WH) for look in looks.values()]
-        for scene in scenes.values()
-    ]
-    return sheet.grid(cells, list(looks), list(scenes))
+    return sheet.draw_looks(scenes, _eye_looks(), sheet.FACE, _FACE_WH)
 
 
 def _ready() -> dict[str, Look]:
     return {one.name: one.look for one in ready_looks()}
+
+
+def _eye_looks() -> dict[str, Look]:
+    ready = _ready()
+    return {name: ready[name] for name in _EYE_LOOKS}
 
 
 PICTURES: dict[str, Callable[[], np.ndarray]] = {

@@ -148,7 +148,7 @@ def main() -> None:
         nets=list(nets),
         costs=costs,
     )
-    judgement = page.kept_judgement(options.out)
+    judgement = sheet.kept_after(options.out, page.JUDGEMENT)
     options.out.parent.mkdir(parents=True, exist_ok=True)
     options.out.write_text(page.text(results) + judgement, encoding="utf-8")
     log(f"wrote {options.out}")

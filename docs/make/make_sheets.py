@@ -3,7 +3,7 @@
 python docs/make/make_sheets.py
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import contact_sheet as sheet
 import numpy as np
@@ -12,7 +12,6 @@ from makeup_video.pipeline.look.look import ZONES
 
 PAGE = sheet.DOCS / "sheets.md"
 JUDGEMENT = "## What still looks wrong"
-_CELL_WH = 200, 125
 _RED, _PLUM, _BLUE, _WHITE = "B4002E", "4A1030", "0A2A8C", "F2EEEA"
 _COLOURS = {
     "red": _RED, "nude": "B5705A", "plum": _PLUM, "blue": _BLUE, "black": "101012",
@@ -31,29 +30,17 @@ def lips(colour: str, finish: str) -> Look:
     return Look(lips=product(sheet.rgb(_COLOURS[colour]), finish))
 
 
-def draw(
-    scenes: Mapping[str, sheet.Scene], looks: Mapping[str, Look], what: sheet.What = sheet.MOUTH
-) -> np.ndarray:
-    """Draw a grid. Rows are scenes; columns are the bare face, then the looks."""
-    looks = {"bare": Look(), **looks}
-    cells = [
-        [scene.closeup(look, what, _CELL_WH) for look in looks.values()]
-        for scene in scenes.values()
-    ]
-    return sheet.grid(cells, list(looks), list(scenes))
-
-
 def draw_finishes(face: str) -> np.ndarray:
-    return draw(_lights(face), {finish: lips("red", finish) for finish in FINISHES})
+    return sheet.draw_looks(_lights(face), {finish: lips("red", finish) for finish in FINISHES})
 
 
 def draw_colours(face: str) -> np.ndarray:
-    return draw(_lights(face), {colour: lips(colour, "satin") for colour in _COLOURS})
+    return sheet.draw_looks(_lights(face), {colour: lips(colour, "satin") for colour in _COLOURS})
 
 
 def draw_mouths() -> np.ndarray:
     scenes = {name: sheet.clip(number) for name, number in _MOUTHS.items()}
-    return draw(scenes, {f"{c}, {f}": lips(c, f) for c, f in _LIP_PRODUCTS})
+    return sheet.draw_looks(scenes, {f"{c}, {f}": lips(c, f) for c, f in _LIP_PRODUCTS})
 
 
 def draw_shadow() -> np.ndarray:
@@ -63,7 +50,7 @@ def draw_shadow() -> np.ndarray:
     cells = []
     for zone, _, scene in places:
         looks = [Look(eyes=product(sheet.rgb(_SHADOW), f, "eyes"), zone=zone) for f in FINISHES]
-        cells.append([scene.closeup(look, sheet.EYE, _CELL_WH) for look in (Look(), *looks)])
+        cells.append([scene.closeup(look, sheet.EYE, sheet.CELL_WH) for look in (Look(), *looks)])
     return sheet.grid(cells, ["bare", *FINISHES], [f"{zone}, {name}" for zone, name, _ in places])
 
 

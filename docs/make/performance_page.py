@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import contact_sheet as sheet
 from makeup_video.benchmark.plots import legend_below, new_figure, save
 from makeup_video.benchmark.tables import tables
 
@@ -71,7 +72,7 @@ def _whole(clips: Mapping[str, Mapping[str, Any]], folder: Path) -> str:
         options = f"--sizes {','.join(sizes)} --rounds {results['rounds']}"
         command = f"    makeup-video bench CLIP {options}\n"
         parts += [f"### {results['clip']}\n", command, _goals(results["sizes"])]
-        parts += [f"{title}:\n\n{_table(head, rows)}" for title, head, rows in tables(results)]
+        parts += [_titled(*found) for found in tables(results)]
     return "\n".join(parts)
 
 
@@ -80,7 +81,7 @@ def _goals(sizes: Mapping[str, Mapping[str, Any]]) -> str:
     for label, read, sign, limits in GOALS:
         cells = [_with_limit(read(row), sign, limits.get(name)) for name, row in sizes.items()]
         rows.append((label, *cells))
-    return _table(("measured (goal)", *sizes), rows)
+    return sheet.table(("measured (goal)", *sizes), rows) + "\n"
 
 
 def _with_limit(value: float, sign: str, limit: float | None) -> str:
@@ -119,7 +120,7 @@ def _resolution(values: Mapping[str, Any], folder: Path) -> str:
         for name, row in rows.items()
     ]
     head = ("", "bare, frames/s", "product, frames/s", "ratio", "bare, CPU ms", "not codec, CPU ms")
-    return _shown(PICTURES[0], "Cost by resolution") + _table(head, lines)
+    return _shown(PICTURES[0], "Cost by resolution") + sheet.table(head, lines) + "\n"
 
 
 def _faces(values: Mapping[str, Any], folder: Path) -> str:
@@ -136,7 +137,7 @@ def _faces(values: Mapping[str, Any], folder: Path) -> str:
     speed.set_ylim(0)
     _finish(figure, (cost, speed), "faces", folder / PICTURES[1])
     ((title, *table),) = tables({"sizes": {}, "faces": values})
-    return _shown(PICTURES[1], "Cost by faces") + f"{title}:\n\n" + _table(*table)
+    return _shown(PICTURES[1], "Cost by faces") + _titled(title, *table)
 
 
 def _length(films: Sequence[Mapping[str, Any]], folder: Path) -> str:
@@ -164,12 +165,12 @@ def _length(films: Sequence[Mapping[str, Any]], folder: Path) -> str:
         for film in films
     ]
     head = ("minutes", "frames", "frames/s", "peak memory, MB", "memory, last tenth / third tenth")
-    return _shown(PICTURES[2], "Cost by length") + _table(head, rows)
+    return _shown(PICTURES[2], "Cost by length") + sheet.table(head, rows) + "\n"
 
 
 def _threads(values: Mapping[str, Any], folder: Path) -> str:
     ((title, *table),) = tables({"sizes": {}, "threads": values})
-    return f"{title}:\n\n" + _table(*table)
+    return _titled(title, *table)
 
 
 def _peer(text: str, folder: Path) -> str:
@@ -193,10 +194,9 @@ def _finish(figure: Any, axes: Iterable[Any], x_label: str, target: Path) -> Non
     save(figure, target)
 
 
+def _titled(title: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    return f"{title}:\n\n{sheet.table(head, rows)}\n"
+
+
 def _shown(picture: str, description: str) -> str:
     return f"![{description}](pictures/{picture})\n\n"
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines)

@@ -1,9 +1,10 @@
 """Write the page docs/results.md from the measurements of make_results.py."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import contact_sheet as sheet
 import numpy as np
 import results_pictures as pictures
 from makeup_video.pipeline.reference.crops import NUMBERS
@@ -62,11 +63,6 @@ class Results:
     costs: Mapping[str, Mapping[str, Cost]]
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join(f"| {' | '.join(row)} |" for row in lines)
-
-
 def number(value: float, digits: int = 3) -> str:
     return _UNMEASURED if np.isnan(value) else f"{value:.{digits}f}"
 
@@ -82,7 +78,7 @@ def reach(results: Results) -> str:
     for region in REACH_CIEDE:
         for what, limit, measured, met in _reach_of(results.main[region], results.nets[0], region):
             rows.append((f"{region}: {what}", limit, measured, "reached" if met else MISSED))
-    return table(("", "goal", "measured", ""), sorted(rows, key=lambda row: row[3] != MISSED))
+    return sheet.table(("", "goal", "measured", ""), sorted(rows, key=lambda row: row[3] != MISSED))
 
 
 def _reach_of(found: Measured, ours: str, region: str) -> Iterator[tuple[str, str, str, bool]]:
@@ -116,7 +112,7 @@ def numbers_table(results: Results) -> str:
     ):
         mine = (number(how(*pair), 2) for pair in pairs.values())
         rows.append((label, "", *mine, ""))
-    return table(("", "range", "lips", "eyes", "the paper, lips"), rows)
+    return sheet.table(("", "range", "lips", "eyes", "the paper, lips"), rows)
 
 
 def known_line(results: Results) -> str:
@@ -153,7 +149,7 @@ def triplet_tables(results: Results) -> str:
                 for name, values in PAPER_TRIPLETS.items()
             ]
         head = (f"{worn}, {len(found.tone)} triplets", "CIEDE2000, median", "90 %", *MEASURES[1:])
-        parts.append(table(head, rows))
+        parts.append(sheet.table(head, rows))
     return "\n\n".join(parts)
 
 
@@ -171,7 +167,7 @@ def by_kind(ours: str, kinds: Mapping[str, Mapping[str, Measured]], what: str) -
             rest = (number(found.only(ours, measure).mean(), 5) for measure in whole)
             rows.append((region, name, people, *(f"{x:.2f}" for x in off), number(error, 1), *rest))
     head = ("", what, "people, looks", "CIEDE2000, median", "90 %", "median of mean colour moved")
-    return table((*head, "colour, of 255", *whole), rows)
+    return sheet.table((*head, "colour, of 255", *whole), rows)
 
 
 def nets_table(results: Results) -> str:
@@ -186,7 +182,7 @@ def nets_table(results: Results) -> str:
             whole = (number(found.only(name, measure).mean(), 5) for measure in MEASURES[1:])
             rows.append((name, region, *size, *off, *numbers, *whole))
     head = ("net", "", "MB", "ms, 1 thread", "ms, 2 threads", "CIEDE2000, median", "90 %")
-    return table((*head, "colour, of 255", "gloss, rank", *MEASURES[1:]), rows)
+    return sheet.table((*head, "colour, of 255", "gloss, rank", *MEASURES[1:]), rows)
 
 
 def text(results: Results) -> str:
@@ -310,10 +306,3 @@ in the public domain.
 
 {pictures.markdown()}
 """
-
-
-def kept_judgement(path: Path = PAGE) -> str:
-    """Return the text of a page under the heading JUDGEMENT, or ""."""
-    if not path.exists():
-        return ""
-    return path.read_text(encoding="utf-8").partition(JUDGEMENT + "\n")[2]

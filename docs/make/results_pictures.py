@@ -9,12 +9,13 @@ import contact_sheet as sheet
 import cv2
 import numpy as np
 from makeup_video.pipeline import GraphicsParams, Look, Settings, apply_look, process_video, product
+from makeup_video.training.reference.augment import jpeg
+from makeup_video.training.reference.rendered_crops import TEST_QUALITY
 
 if TYPE_CHECKING:
     from makeup_video.training.reference.read_look import Net
     from makeup_video.training.reference.triplets import Triplet
 
-TEST_QUALITY = 90  # JPEG
 _CELL_WH = {"lips": (200, 125), "eyes": (240, 90)}
 EYES: sheet.What = ((33, 263, 9, 8), 1.75)
 _WHAT = {"lips": sheet.MOUTH, "eyes": EYES}
@@ -46,18 +47,12 @@ _CLIPS = {
 
 
 def markdown() -> str:
-    return "\n\n".join(f"![{name.removesuffix('.jpg')}]({sheet.PICTURES}/{name})" for name in GRIDS)
+    return "\n\n".join(sheet.picture(name.removesuffix(".jpg")) for name in GRIDS)
 
 
 def worn(region: str, code: str, finish: str) -> Look:
     made: dict[str, GraphicsParams] = {region: product(sheet.rgb(code), finish, region)}
     return Look(**made, zone="full" if region == "eyes" else "lid")
-
-
-def saved(rgb8: np.ndarray) -> np.ndarray:
-    """Encode a picture as JPEG of TEST_QUALITY and decode it again, (H, W, 3) uint8."""
-    data = cv2.imencode(".jpg", rgb8[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, TEST_QUALITY])[1]
-    return cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1].copy()
 
 
 @cache
@@ -80,7 +75,7 @@ def other(region: str) -> sheet.Scene:
 def photo_of(look: Look, region: str) -> np.ndarray:
     """Paint the reference photo and save it as JPEG, (H, W, 3) uint8."""
     scene = wearer(region)
-    return saved(apply_look(scene.rgb8, look, [scene.face]))
+    return jpeg(apply_look(scene.rgb8, look, [scene.face]), TEST_QUALITY)
 
 
 def read_from(photo: np.ndarray, look: Look, nets: Mapping[str, "Net"]) -> Look:
@@ -107,17 +102,10 @@ def draw(name: str, nets: Mapping[str, "Net"]) -> np.ndarray:
     return sheet.grid(cells, _COLUMNS, [f"#{code}, {finish}" for code, finish in products])
 
 
-def write(path: Path, rgb8: np.ndarray) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    if not cv2.imwrite(str(path), rgb8[..., ::-1], sheet.JPEG):
-        raise OSError(f"{path} cannot be written")
-    print(f"{path.stat().st_size / 1000:4.0f} kB  {path}", flush=True)
-
-
 def save_all(nets: Mapping[str, "Net"], folder: Path) -> None:
     for name, (region, _) in GRIDS.items():
         if region in nets:
-            write(folder / name, draw(name, nets))
+            sheet.write(folder / name, draw(name, nets))
 
 
 def save_test_people(
@@ -143,7 +131,7 @@ def save_test_people(
         views += [(bare, read), (bare, one.look)]
         cells.append([scene.closeup(look, what, size_wh) for scene, look in views])
     columns = ("reference", "bare", "mean colour", "read from it", "truth")
-    write(folder / f"test-people-{region}.jpg", sheet.grid(cells, columns))
+    sheet.write(folder / f"test-people-{region}.jpg", sheet.grid(cells, columns))
 
 
 def save_clips(nets: Mapping[str, "Net"], folder: Path) -> None:
@@ -152,7 +140,7 @@ def save_clips(nets: Mapping[str, "Net"], folder: Path) -> None:
     for name, (region, code, finish) in _CLIPS.items():
         look = worn(region, code, finish)
         photo = photo_of(look, region)
-        write((folder / name).with_suffix(".reference.jpg"), photo)
+        sheet.write((folder / name).with_suffix(".reference.jpg"), photo)
         read = read_from(photo, look, nets)
         read.save((folder / name).with_suffix(".look.json"))
         process_video(sheet.SAMPLES / "in.mp4", folder / name, read, Settings(overwrite=True))

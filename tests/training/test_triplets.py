@@ -238,5 +238,6 @@ def test_the_page_shows_misses_first_and_keeps_written_notes(monkeypatch, tmp_pa
     assert "| ours | lips | 1.5 | 2.0 | 1.0 |" in text and "not measured" in text
     path = tmp_path / "results.md"
     path.write_text(text + "\n* dark lips\n", encoding="utf-8")
-    assert page.kept_judgement(path) == "\n* dark lips\n"
-    assert page.kept_judgement(tmp_path / "none.md") == ""
+    kept_after = import_module("contact_sheet").kept_after
+    assert kept_after(path, page.JUDGEMENT) == "\n* dark lips\n"
+    assert kept_after(tmp_path / "none.md", page.JUDGEMENT) == ""
