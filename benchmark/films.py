@@ -221,9 +221,9 @@ def write_film(target: Path, film: Iterable[av.VideoFrame], options: dict[str, s
     return index + 1
 
 
-def first_frames(film: Path, target: Path, count: int) -> int:
-    """Write only the first pictures of a film; returns their number."""
-    return write_film(target, pictures(film, count), LIKE_A_FILM)
+def first_frames(film: Path, target: Path, count: int) -> None:
+    """Write only the first pictures of a film."""
+    write_film(target, pictures(film, count), LIKE_A_FILM)
 
 
 def repeat_film(film: Path, target: Path, times: int) -> Path:

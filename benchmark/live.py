@@ -36,29 +36,29 @@ FRAMES, SAMPLES, VIEWED = "frames.npy", "samples.npy", "viewed.npy"
 def measure_live(
     bench: "Bench", heights: list[int], minutes: float, chromium: bool = False
 ) -> dict[str, Any]:
-    """The figures of the first size as JPEG, and under "sizes" those of every size and kind.
+    """Under "sizes", the figures of every size and kind of picture.
 
     chromium: measure the page in Chromium, too.
     """
-    sizes = {
-        f"{height}p{words}{by}": _one_size(bench, height, minutes, kind, viewer)
-        for height in heights
-        for viewer, by in VIEWERS.items()
-        for kind, words in KINDS.items()
-        if chromium or viewer == "live_viewer"
-    }
-    return {**next(iter(sizes.values())), "sizes": sizes}
-
-
-def _one_size(
-    bench: "Bench", height_px: int, minutes: float, kind: str, viewer: str
-) -> dict[str, Any]:
     seconds = (60 * minutes or bench.seconds) + WARM_SECONDS
-    made = bench.film(height_px, min(seconds, bench.seconds), loops=True)
-    times = math.ceil(seconds * RATE / made.frames)
-    film = repeat_film(made.path, bench.folder / f"live{height_px}.mp4", times)
-    words = KINDS[kind] + VIEWERS[viewer]
-    bench.log(f"{height_px}p{words}: {made.frames * times / RATE:.0f} s live")
+    sizes = {}
+    for height in heights:
+        made = bench.film(height, min(seconds, bench.seconds), loops=True)
+        times = math.ceil(seconds * RATE / made.frames)
+        film = repeat_film(made.path, bench.folder / f"live{height}.mp4", times)
+        for viewer, by in VIEWERS.items():
+            if viewer == "live_browser" and not chromium:
+                continue
+            for kind, words in KINDS.items():
+                size = f"{height}p{words}{by}"
+                bench.log(f"{size}: {made.frames * times / RATE:.0f} s live")
+                played = _play(bench, film, made.frames * times, kind, viewer)
+                sizes[size] = {"film": made.description, **played}
+        film.unlink()
+    return {"sizes": sizes}
+
+
+def _play(bench: "Bench", film: Path, frames: int, kind: str, viewer: str) -> dict[str, Any]:
     with TemporaryDirectory(dir=bench.folder) as name:
         folder = Path(name)
         bench.look.save(folder / "look.json")
@@ -68,10 +68,9 @@ def _one_size(
             command, check=True, stdout=subprocess.PIPE, stderr=bench.child_stderr
         ).stdout
         tables = [np.load(folder / table) for table in (FRAMES, SAMPLES, VIEWED)]
-    film.unlink()
     values = json.loads(result)
-    check_painted(round(values["painted_share"] * made.frames * times), made.frames * times)
-    return {"film": made.description, **figures(*tables), **values}
+    check_painted(round(values["painted_share"] * frames), frames)
+    return {**figures(*tables), **values}
 
 
 def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict[str, Any]:

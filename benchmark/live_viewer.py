@@ -16,10 +16,8 @@ from pathlib import Path
 import av
 import cv2
 import numpy as np
+from makeup_video.web.session import HEAD, IS_VIDEO
 
-# of the pts in microseconds, with which the head of a picture begins: see web/session.py
-_PTS_BYTES = 8
-_HEAD_BYTES, _FLAGS, _IS_VIDEO = 20, slice(10, 12), 1
 Decode = Callable[[bytes], object]
 
 
@@ -46,10 +44,10 @@ async def _watch(url: str, kind: str) -> list[tuple[float, float, float, float]]
         print("ready", flush=True)
         try:
             async for picture in _pictures(socket):
-                arrived, pts_us = time.monotonic(), int.from_bytes(picture[:_PTS_BYTES], "little")
-                is_video = picture[_FLAGS][0] & _IS_VIDEO
-                if is_video == (kind == "h264"):  # the first one may be a JPEG
-                    decode(picture[_HEAD_BYTES:])
+                arrived = time.monotonic()
+                pts_us, _, flags, *_ = HEAD.unpack_from(picture)
+                if (flags & IS_VIDEO) == (kind == "h264"):  # the first one may be a JPEG
+                    decode(picture[HEAD.size :])
                     rows.append((pts_us, arrived, time.monotonic(), len(picture)))
                 await socket.send(json.dumps({"type": "shown", "pts_us": pts_us}))
         except ConnectionClosed:

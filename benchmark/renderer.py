@@ -9,20 +9,17 @@ import time
 from collections import deque
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from statistics import mean, median
 from typing import Any
 
-import av
 import numpy as np
-from makeup_video.benchmark.films import LIKE_A_FILM, frame_of, pictures, write_film
+from makeup_video.benchmark.films import frame_of, pictures
 from makeup_video.kernels.program import Device
 from makeup_video.pipeline.engine.machine import one_opencv_thread
 from makeup_video.pipeline.faces.face import Face, FrameFaces
 from makeup_video.pipeline.faces.tracker import FindFaces
-from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds import KINDS
@@ -32,7 +29,6 @@ from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 
 WARM_FRAMES = 10  # not counted
-LARGER = 3  # width and height of the larger frame by those of the clip
 _KERNEL_FRAMES = 40
 _DECODED_AHEAD = 8  # frames, as in a run: a frame to paint has left the nearer caches
 
@@ -67,40 +63,6 @@ def paint_costs(clip: Path, rounds: int) -> dict[str, Any]:
     full, whole = (_middle(list(side)) for side in zip(*pairs, strict=True))
     ratio = whole["together_ms"] / full["together_ms"]
     return {**full, "whole_look": ratio, "kernel": kernel_alone(clip, faces, full_look())}
-
-
-def larger_frame_ratio(clip: Path, folder: Path, rounds: int) -> float:
-    """The cost of the same faces in a frame LARGER times as wide and high, by that in the clip."""
-    faces = find_in(clip)
-    larger, moved = paste_into_larger(clip, folder / "larger.mkv", faces)
-    pairs = [(paint_clip(clip, faces), paint_clip(larger, moved)) for _ in range(rounds)]
-    small_ms, large_ms = (_middle(list(side))["together_ms"] for side in zip(*pairs, strict=True))
-    return large_ms / small_ms
-
-
-def paste_into_larger(
-    clip: Path, target: Path, faces: list[tuple[Face, ...]]
-) -> tuple[Path, list[tuple[Face, ...]]]:
-    """Paste each frame into one LARGER times as wide and high; returns the film and its faces."""
-    margins: tuple[int, int] = (0, 0)  # px above and on the left
-
-    def paste(picture: av.VideoFrame) -> av.VideoFrame:
-        nonlocal margins
-        planes = picture.reformat(format="yuv444p").to_ndarray().astype(np.uint8, copy=False)
-        margins = tuple((LARGER - 1) * length // 4 * 2 for length in planes.shape[1:])
-        whole = np.pad(planes, ((0, 0), *((margin, margin) for margin in margins)), mode="edge")
-        return av.VideoFrame.from_ndarray(whole, format="yuv444p").reformat(format="yuv420p")
-
-    write_film(target, map(paste, pictures(clip, len(faces))), LIKE_A_FILM)
-    shift = np.array([[1.0, 0, margins[1]], [0, 1, margins[0]]])
-
-    def moved(face: Face) -> Face:
-        points = face.points_px + np.array([*margins[::-1], 0], np.float32)
-        return replace(
-            face, points_px=points, lips=replace(face.lips, to_px=compose(shift, face.lips.to_px))
-        )
-
-    return target, [tuple(moved(face) for face in in_frame) for in_frame in faces]
 
 
 def find_in(clip: Path) -> list[tuple[Face, ...]]:

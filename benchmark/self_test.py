@@ -6,7 +6,6 @@ import time
 from collections import defaultdict
 from dataclasses import dataclass
 from fractions import Fraction
-from pathlib import Path
 from statistics import median
 
 import av
@@ -20,8 +19,8 @@ from makeup_video.pipeline.look.ready import ready_look
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.smoothing.realtime import SmoothLive
+from makeup_video.web.portrait import OWN
 
-PORTRAIT = Path(__file__).parents[1] / "web" / "page" / "portrait.jpg"
 WIDTH_PX, HEIGHT_PX, FPS = 1280, 720, 30
 _PATH_PX = 40  # how far the portrait moves to each side
 _FACE_SHARE = 0.75  # of the portrait in the height of the frame
@@ -80,8 +79,8 @@ class _Frames:
     """Frames of a portrait that moves to and fro."""
 
     def __init__(self) -> None:
-        bgr8 = cv2.imread(str(PORTRAIT))
-        assert bgr8 is not None, PORTRAIT
+        bgr8 = cv2.imread(str(OWN))
+        assert bgr8 is not None, OWN
         scale = HEIGHT_PX * _FACE_SHARE / bgr8.shape[0]
         self._portrait = cv2.resize(bgr8, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
 

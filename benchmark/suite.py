@@ -11,8 +11,6 @@ if TYPE_CHECKING:
 
 _SAMPLES = Path(__file__).resolve().parent.parent / "samples"
 _PAINTED_ROUNDS, _PAINTED_FRAMES = 3, 120  # enough for a median
-_LARGER_UP_TO_PX = 1080  # a frame three times as high would have planes of 8 megapixels and more
-_SHORT = "painted.mkv"  # the first _PAINTED_FRAMES of the film
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,7 +113,7 @@ def sample_clip(clip: str | None) -> Path:
     return source
 
 
-def check_look(look: str | None, ref: str | None) -> None:
+def check_sources(look: str | None, ref: str | None) -> None:
     """Refuse a look file beside a photo, and a photo that does not exist.
 
     Raises UsageError, InputError.
@@ -135,12 +133,11 @@ def sample_look(look: str | None, ref: str | None) -> "tuple[Look, Path | None]"
     """The look to paint, and the photo that it was read from, if any.
 
     By default the look of our sample photo; where that is missing, a look of every region with
-    every effect. Raises UsageError, LookError, InputError, PhotoError.
+    every effect. Raises LookError, InputError, PhotoError.
     """
     from makeup_video.pipeline import look_from_photo
     from makeup_video.pipeline.look.ready import load_look
 
-    check_look(look, ref)
     if look is not None:
         return load_look(look), None
     photo = Path(ref) if ref is not None else _SAMPLES / "look.jpg"
@@ -184,14 +181,12 @@ def measure(bench: "Bench", heights: list[int], *, renderer: bool) -> dict[str, 
         "rounds": bench.rounds,
         "sizes": {},
     }
-    for index, height in enumerate(heights):
+    for height in heights:
         name = f"{height}p"
         film = bench.film(height)
         row = compare(bench, film, name) | own_process(bench, film, name)
         if renderer:
             row |= _painting(bench, film.path, name, row["product"]["not_codec_cpu_ms"])
-            if index == 0 and height <= _LARGER_UP_TO_PX:
-                results["larger_frame_ratio"] = _larger_frame_ratio(bench)
         results["sizes"][name] = row
     return results
 
@@ -203,23 +198,13 @@ def _painting(bench: "Bench", film: Path, name: str, measured_ms: float) -> dict
     from makeup_video.benchmark.renderer import find_in, kernel_alone, paint_costs
 
     bench.log(f"{name}: painting by itself")
-    short = bench.folder / _SHORT
+    short = bench.folder / "painted.mkv"
     first_frames(film, short, _PAINTED_FRAMES)
     costs = paint_costs(short, min(bench.rounds, _PAINTED_ROUNDS))
     bench.log(f"{name}: the floor")
     kernel = kernel_alone(short, find_in(short), bench.look)
     floor = floor_of(short, bench.folder, round(kernel["painted_px"]))
     return {"renderer": costs, "floor": floor, "times_the_floor": measured_ms / floor["least_ms"]}
-
-
-def _larger_frame_ratio(bench: "Bench") -> float:
-    from makeup_video.benchmark.films import first_frames
-    from makeup_video.benchmark.renderer import larger_frame_ratio
-
-    bench.log("the same face in a larger frame")
-    short = bench.folder / "shorter.mkv"
-    first_frames(bench.folder / _SHORT, short, _PAINTED_FRAMES // 2)
-    return larger_frame_ratio(short, bench.folder, min(bench.rounds, _PAINTED_ROUNDS))
 
 
 def measure_scaling(bench: "Bench", height_px: int, extras: Extras) -> dict[str, Any]:

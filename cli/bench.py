@@ -146,7 +146,7 @@ def bench(
             chromium=chromium,
         )
         suite.check_options(seconds, rounds, extras, live=live, plot=plot, against=against)
-        suite.check_look(look, ref)
+        suite.check_sources(look, ref)
         source = suite.sample_clip(clip)
         other = None if against is None else suite.other_version(against)
         with (

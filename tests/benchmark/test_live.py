@@ -95,22 +95,31 @@ def test_the_steps_of_a_frame_are_listed_in_order():
 
 
 @pytest.fixture(scope="module")
-def results():
+def done():
     done = run(*ARGS, SAMPLES / "in.mp4", "--json")
     assert done.exit_code == 0, done.output
+    return done
+
+
+@pytest.fixture(scope="module")
+def results(done):
     return json.loads(done.stdout)
 
 
+def test_the_film_of_a_size_is_made_once(done):
+    assert done.stderr.count("144p: making the video") == 1
+    assert done.stderr.count("s live") == 2  # JPEG and H.264
+
+
 def test_a_real_run_reports_every_figure(results):
-    live = results["live"]
+    sizes = results["live"]["sizes"]
+    live, as_h264 = sizes["144p"], sizes["144p, H.264"]
     assert set(live["latency_ms"]) >= {"p50", "p95", "p99"}
     assert 0 < live["latency_ms"]["p50"] <= live["latency_ms"]["p99"]
     assert live["frames"] > 0 and live["painted_share"] >= 0.95
     parts = "dropped_by_camera", "dropped_before_painting", "dropped_in_preview"
     assert live["dropped"] == sum(live[part] for part in parts)
-    assert {key: live[key] for key in live["sizes"]["144p"]} == live["sizes"]["144p"]
-    assert list(live["sizes"]) == ["144p", "144p, H.264"]
-    as_h264 = live["sizes"]["144p, H.264"]
+    assert list(results["live"]) == ["sizes"] and list(sizes) == ["144p", "144p, H.264"]
     assert 0 < as_h264["bytes_per_picture"] < live["bytes_per_picture"] / 2
     for one in (live, as_h264):
         assert one["decoded_latency_ms"]["p50"] > one["latency_ms"]["p50"]
