@@ -55,26 +55,21 @@ def demo(
 
 
 def _portrait(path: str | None) -> "Portrait":
+    from makeup_video.pipeline.images.photo_file import read_photo
     from makeup_video.web.portrait import Portrait, own_portrait
 
-    return own_portrait() if path is None else Portrait(_bytes(path), path)
+    return own_portrait() if path is None else Portrait(read_photo(path), path)
 
 
 def _first_look(ref: str | None, look: str | None) -> "Look":
-    from makeup_video.pipeline import Look, UsageError, look_from_photo, product
+    from makeup_video.cli.look_options import check_sources
+    from makeup_video.pipeline import Look, look_from_photo, product
     from makeup_video.pipeline.look.ready import load_look
     from makeup_video.web.read_look import check_worn
 
-    if ref is not None and look is not None:
-        raise UsageError("--ref and --look both give a look: give one of them")
+    check_sources(look, ref)
     if ref is not None:
         return check_worn(look_from_photo(ref), ref)
     if look is not None:
         return load_look(look)
     return Look(lips=product(_RED, "satin"))
-
-
-def _bytes(path: str) -> bytes:
-    from makeup_video.pipeline.files.local_file import local_file
-
-    return local_file(path, "photo").read_bytes()

@@ -194,20 +194,31 @@ class LookOptions(Changes, with_parts(_WholeLook)):  # type: ignore[misc]
         The look of a photo is logged in one line, unless quiet. Raises UsageError, LookError,
         InputError, PhotoError.
         """
-        from makeup_video.pipeline import UsageError
         from makeup_video.pipeline.look.ready import load_look
 
-        if self.look is not None and self.ref is not None:
-            raise UsageError("--look and --ref both give a look: leave one of them out")
+        check_sources(self.look, self.ref)
         if self.ref is not None:
             return look_of_photo(self.ref, self.ref_face or "", self.gives_makeup, quiet)
-        if self.ref_face is not None:
-            raise UsageError(
-                "--ref-face chooses a face of the photo: add --ref PHOTO, or leave it out"
-            )
+        check_ref_face(self.ref_face, self.ref)
         if self.look is None:
             return None
         return load_look(self.look)
+
+
+def check_sources(look: str | None, ref: str | None) -> None:
+    """Raises UsageError for two looks, where one is painted."""
+    from makeup_video.pipeline import UsageError
+
+    if look is not None and ref is not None:
+        raise UsageError("--look and --ref both give a look: leave one of them out")
+
+
+def check_ref_face(face: str | None, photo: str | list[str] | None) -> None:
+    """Raises UsageError for the choice of a face without a photo."""
+    from makeup_video.pipeline import UsageError
+
+    if face is not None and not photo:
+        raise UsageError("--ref-face chooses a face of the photo: add --ref PHOTO, or leave it out")
 
 
 def check_photo(photo: str) -> None:

@@ -12,7 +12,7 @@ from makeup_video.pipeline.look.params import hex_of
 from makeup_video.pipeline.look.ready import ReadyLook
 from makeup_video.pipeline.look.strict_json import read_json
 from makeup_video.web.session import SeveralFaces
-from makeup_video.web.upload import printable
+from makeup_video.web.upload import without_controls
 
 MOST_SHADES = 2000  # that a page shows; a browser keeps 5 MB of a site at most
 
@@ -54,7 +54,7 @@ def shades_message(name: str, data: bytes) -> str:
                 f"{name} has more than {MOST_SHADES} shades, the most that this page shows: "
                 "give one with fewer"
             )
-        title = printable(" ".join(f"{one.brand} {one.product} {one.shade}".split()))
+        title = without_controls(" ".join(f"{one.brand} {one.product} {one.shade}".split()))
         shades.append({"title": title, "hex": hex_of(one.rgb), "parts": one.parts})
     if not shades:
         raise CatalogueError(f"{name} has no rows: a catalogue needs at least one product")

@@ -1,7 +1,7 @@
 """The server's endpoints: the page and its files, its WebSocket, uploads, and the picture."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +9,6 @@ import numpy as np
 from makeup_video.pipeline.errors import (
     CatalogueError,
     InputError,
-    InstallError,
     LookError,
     MakeupVideoError,
     StoppedError,
@@ -46,7 +45,13 @@ _KINDS = {
     ".js": "text/javascript",
     ".svg": "image/svg+xml",
     ".jpg": "image/jpeg",
-    ".png": "image/png",
+}
+_STATUS = {  # of answers that tell an error
+    InputError: 422,
+    CatalogueError: 422,
+    LookError: 400,
+    UsageError: 400,
+    StoppedError: 503,
 }
 _JSON = "application/json"
 _CATALOGUE_BYTES = 4_000_000  # the largest catalogues have some thousand rows of 100 bytes
@@ -268,24 +273,16 @@ def _png(rgb8: np.ndarray) -> bytes:
     return data.tobytes()
 
 
-def _error(status: int, text: str) -> Response:
-    return JSONResponse({"error": text}, status)
+def _error(status: int, text: str, headers: Mapping[str, str] | None = None) -> Response:
+    return JSONResponse({"error": text}, status, headers=headers)
 
 
 async def _http_error(_request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
-    return JSONResponse({"error": error.detail}, error.status_code, headers=error.headers)
+    return _error(error.status_code, error.detail, error.headers)
 
 
 async def _expected_error(_request: Request, error: Exception) -> Response:
     """Answer with the one line of the error that the command would print."""
-    status = {
-        InputError: 422,
-        CatalogueError: 422,
-        LookError: 400,
-        UsageError: 400,
-        InstallError: 500,
-        StoppedError: 503,
-    }
-    codes = [code for kind, code in status.items() if isinstance(error, kind)]
-    return _error(codes[0] if codes else 500, str(error))
+    status = next((code for kind, code in _STATUS.items() if isinstance(error, kind)), 500)
+    return _error(status, str(error))

@@ -76,7 +76,7 @@ class DemoSession:
         return read_look(photo, name, face)
 
     def take_portrait(self, photo: bytes, name: str) -> None:
-        self._portrait = Portrait(photo, name, read_apart)
+        self._portrait = Portrait(read_apart(photo, name), name)
         self._chosen_us = _now_us()
         self._paint_soon()
 

@@ -20,7 +20,6 @@ from makeup_video.web.session import PhotoLook, Push, Session, SeveralFaces, Wan
 if TYPE_CHECKING:
     from makeup_video.pipeline.live.run import LiveFigures
 
-NAME = "live"
 _ONE_SIZE = ("recording", "stream", "camera")  # outputs whose frames keep their size
 _BARE_SECONDS = 2.0  # how long to wait for a frame whose picture without makeup is kept
 
@@ -48,7 +47,7 @@ class Cameras(Protocol):
 class LiveSession:
     """A live run and its preview sink, as a session. The run goes on while no page watches."""
 
-    name = NAME
+    name = "live"
 
     def __init__(
         self,
@@ -120,7 +119,7 @@ class LiveSession:
         if photo:
             raise UsageError("this page paints the camera, not a portrait: see makeup-video demo")
         bare = _bare(self._picture_with_both())
-        self._portrait = Portrait(b"", "the camera's picture", lambda *_: bare)
+        self._portrait = Portrait(bare, "the camera's picture")
 
     def record(self, on: bool) -> None:
         """Start or stop the recording of the pages. Raises UsageError, OutputError, InputError."""

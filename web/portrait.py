@@ -1,6 +1,5 @@
 """A photo to paint on: its faces, found once, at the size of the page and at full size."""
 
-from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
 
@@ -26,17 +25,14 @@ MOST_THUMBNAILS = 200  # that are kept of a portrait, of 10 kB each: those used 
 class Portrait:
     """A photo and its faces. Methods are slow, and only one thread may use them at a time."""
 
-    def __init__(
-        self, photo: bytes, name: str, read: Callable[[bytes, str], np.ndarray] = read_photo
-    ) -> None:
-        """Decode a photo and find its faces.
+    def __init__(self, rgb8: np.ndarray, name: str) -> None:
+        """Find the faces of a photo.
 
-        photo: a file's bytes, called `name` in messages.  read: decodes the photo.
-        Raises InputError, and PhotoError when there is no face.
+        rgb8: (H, W, 3) uint8, encoded as sRGB.  name: what messages call the photo.
+        Raises PhotoError when there is no face.
         """
         from makeup_video.pipeline import find_faces
 
-        rgb8 = read(photo, name)
         self._whole = scaled(rgb8, WHOLE_PX / max(rgb8.shape[:2]))
         self._faces = find_faces(self._whole)
         if not self._faces:
@@ -108,7 +104,7 @@ class Portrait:
 
 def own_portrait() -> Portrait:
     """The portrait that ships with the page."""
-    return Portrait(OWN.read_bytes(), OWN.name)
+    return Portrait(read_photo(OWN), OWN.name)
 
 
 def _shrunk(

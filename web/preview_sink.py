@@ -119,11 +119,12 @@ class PreviewSink:
         try:
             self._painted = self._painted or self._open_video()
             painted = self._painted(frame.planes, *rest)
+            bare: Packet | None = None
             if before is None:
                 self._before = None
             else:
                 self._before = self._before or self._open_video()
-            bare = None if before is None or self._before is None else self._before(before, *rest)
+                bare = self._before(before, *rest)
         except EncodeError as error:
             self._open_video = None
             self._log(str(error))

@@ -1,4 +1,4 @@
-"""What a page uploads, a photo or a look: the body of a POST, kept in memory alone."""
+"""What a page uploads, a photo, a look or a catalogue: the body of a POST, kept in memory alone."""
 
 import asyncio
 import re
@@ -33,7 +33,7 @@ class Uploads:
 
     def __init__(self, slow_jobs: SlowJobs) -> None:
         self._slow_jobs = slow_jobs
-        self._now = 0
+        self._running = 0
 
     async def run(
         self,
@@ -48,9 +48,9 @@ class Uploads:
         has not begun is left out, and the result of one that has is lost. most_bytes, what: see
         `read_body`. Raises HTTPException, and what the job raises.
         """
-        if self._now >= AT_ONCE:
+        if self._running >= AT_ONCE:
             raise HTTPException(503, "other photos are being read: try again in a moment")
-        self._now += 1
+        self._running += 1
         body = bytearray()
         submitted: Future[T] | None = None
 
@@ -64,7 +64,7 @@ class Uploads:
             submitted = self._slow_jobs.submit(work)
             return await while_wanted(request, self._slow_jobs.result_of(submitted))
         finally:
-            self._now -= 1
+            self._running -= 1
             if submitted is not None and submitted.cancel():
                 body.clear()  # a job that is left out holds it until its turn
 
@@ -110,7 +110,7 @@ def _size(count: int) -> str:
     return f"{count / 1e6:.2g} MB" if count >= 1_000_000 else f"{count / 1e3:.0f} kB"
 
 
-def printable(text: str) -> str:
+def without_controls(text: str) -> str:
     """Text of strangers without the characters that have no place in one line."""
     return _UNPRINTABLE.sub("", text)
 
@@ -118,7 +118,7 @@ def printable(text: str) -> str:
 def file_name(request: Request) -> str:
     """Read the file's name from X-File-Name, percent-encoded: one line without a path."""
     name = unquote(request.headers.get("x-file-name", ""))
-    name = printable(re.split(r"[/\\]", name)[-1]).strip()
+    name = without_controls(re.split(r"[/\\]", name)[-1]).strip()
     if len(name) > _LONGEST_NAME:
         name = name[: _LONGEST_NAME // 2 - 1] + "…" + name[-_LONGEST_NAME // 2 :]
     return name or "the photo"

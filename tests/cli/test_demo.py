@@ -75,7 +75,7 @@ def test_mistakes_are_one_line_before_the_page_is_served(tmp_path):
     assert refusal("--ref", tmp_path / "none.jpg")[0] == 3
     assert refusal("--look", tmp_path / "none.json")[0] == 2
     code, stderr = refusal("--ref", "a.jpg", "--look", "b.json")
-    assert code == 2 and "give one of them" in stderr
+    assert code == 2 and "leave one of them out" in stderr
     assert refusal("--port", "70000")[0] == 2
 
 

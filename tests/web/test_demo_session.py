@@ -19,6 +19,7 @@ from makeup_video.pipeline import (
     find_faces,
     lip_mask,
 )
+from makeup_video.pipeline.images.photo_file import read_photo
 from makeup_video.web import demo_session
 from makeup_video.web.app import PAGE
 from makeup_video.web.demo_session import MOST_SESSIONS, DemoShow
@@ -32,7 +33,7 @@ OURS = PAGE / "portrait.jpg"
 
 @pytest.fixture(scope="module")
 def own_portrait():
-    return Portrait(OURS.read_bytes(), "portrait.jpg")
+    return Portrait(read_photo(OURS), "portrait.jpg")
 
 
 @pytest.fixture
@@ -70,7 +71,7 @@ def test_our_own_portrait_is_painted_as_apply_look_paints_it(own_portrait):
 
 def test_a_large_portrait_is_shown_small_and_kept_large():
     large = cv2.resize(portrait(), None, fx=5, fy=5)
-    large_portrait = Portrait(png_of(large), "large.png")
+    large_portrait = Portrait(large, "large.png")
     whole = large_portrait.painted_whole(RED)
     assert (
         max(whole.shape) == WHOLE_PX and max(rgb8_of(large_portrait.painted(RED)).shape) == SHOWN_PX
@@ -94,7 +95,7 @@ def test_a_thumbnail_is_the_face_with_the_look(own_portrait):
 
 @pytest.mark.parametrize("cut", [np.s_[200:470], np.s_[:, 130:390], np.s_[150:, 100:]])
 def test_a_thumbnail_is_square_however_the_photo_is_cut(cut):
-    cropped = Portrait(png_of(rgb8_of(OURS.read_bytes())[cut]), "cut.png")
+    cropped = Portrait(read_photo(png_of(rgb8_of(OURS.read_bytes())[cut])), "cut.png")
     thumbnail = rgb8_of(cropped.thumbnail(RED))
     assert thumbnail.shape == (THUMBNAIL_PX, THUMBNAIL_PX, 3)
     assert find_faces(np.ascontiguousarray(thumbnail))
@@ -110,7 +111,7 @@ def test_a_thumbnail_is_square_however_the_photo_is_cut(cut):
 )
 def test_an_unusable_portrait_is_one_line_with_its_name(photo, words):
     with pytest.raises(InputError) as caught:
-        Portrait(photo, "me.png")
+        Portrait(read_photo(photo, "me.png"), "me.png")
     assert str(caught.value).startswith(words) and "\n" not in str(caught.value)
 
 
