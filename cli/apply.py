@@ -94,7 +94,8 @@ def apply(
     What it cannot hold is named in a line."""
     # the pipeline takes a third of a second to import: not for --help
     from makeup_video.cli.main import mark_output_whole
-    from makeup_video.cli.many import NewFolders, name_outputs, print_outcomes
+    from makeup_video.cli.many import print_outcomes
+    from makeup_video.cli.output_names import NewFolders, name_outputs
     from makeup_video.pipeline import UsageError
 
     outputs: list[str] = []
@@ -146,19 +147,25 @@ def _look_for(run: _Run, look: WantedLook) -> "Look":
     return painted
 
 
+def _make_ready(run: _Run, *, paints: bool) -> None:
+    """Prepare for the work, once the looks are read.  paints: this process needs kernels."""
+    from makeup_video.pipeline.engine.machine import return_large_blocks, seek_garbage
+
+    if paints:
+        settle_kernels(run.quiet)
+    seek_garbage()
+    return_large_blocks()  # from now on: a photo is read in large blocks, which are used again
+
+
 def _paint_one(
     run: _Run, output: str, look: WantedLook, settings: "Settings", cluster: ClusterOptions
 ) -> "Report":
     from makeup_video.cli.progress import show_progress
     from makeup_video.pipeline import process_video
-    from makeup_video.pipeline.engine.machine import return_large_blocks, seek_garbage
 
     with _sidecars(run, [output], [look], settings.overwrite) as files:
         painted = _look_for(run, look)
-        if not painted.is_bare and cluster.ray is None:
-            settle_kernels(run.quiet)
-        seek_garbage()
-        return_large_blocks()  # from now on: a photo is read in large blocks, which are used again
+        _make_ready(run, paints=not painted.is_bare and cluster.ray is None)
         with (
             cluster.workers(settings.jobs, lambda count: None) as workers,
             show_progress(run.quiet) as on_progress,
@@ -176,7 +183,6 @@ def _paint_several(
     from makeup_video.cli.many import titled
     from makeup_video.cli.progress import show_progress
     from makeup_video.pipeline import UsageError, process_looks
-    from makeup_video.pipeline.engine.machine import return_large_blocks, seek_garbage
 
     if run.save_look is not None:
         raise UsageError("--save-look writes one look, and several are painted: leave it out")
@@ -184,10 +190,7 @@ def _paint_several(
         painted = {
             Path(one): _look_for(run, look) for one, look in zip(outputs, looks, strict=True)
         }
-        if not all(look.is_bare for look in painted.values()):
-            settle_kernels(run.quiet)
-        seek_garbage()
-        return_large_blocks()
+        _make_ready(run, paints=not all(look.is_bare for look in painted.values()))
         names = dict(zip(painted, (look.fields["look"] for look in looks), strict=True))
         with show_progress(run.quiet) as on_progress:
             tick = titled(on_progress, run.source, names)

@@ -1,6 +1,7 @@
 """`makeup-video batch IN... -o TEMPLATE`: many inputs, many looks, and a journal."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -15,7 +16,7 @@ from makeup_video.cli.options import (
     Quiet,
     with_options,
 )
-from makeup_video.cli.outcome import error_text, report_errors, settle_kernels
+from makeup_video.cli.outcome import error_text, report_errors, settle_kernels, some_of
 from makeup_video.cli.output_options import OutputOptions
 
 if TYPE_CHECKING:
@@ -107,7 +108,7 @@ def batch(
     that fails does not stop the others. At the end, index.html next to the outputs shows every
     input before and after."""
     from makeup_video.cli.batch_jobs import open_batch
-    from makeup_video.cli.many import NewFolders
+    from makeup_video.cli.output_names import NewFolders
     from makeup_video.pipeline.batch.run import local_workers
 
     with report_errors("batch", debug=debug), NewFolders() as folders:
@@ -169,10 +170,6 @@ class _Events:
         self._log, self._show, self._total, self._done = log_line, show, len(jobs), 0
 
     def progress(self, job: "Job", progress: "JobProgress") -> None:
-        from pathlib import Path
-
-        from makeup_video.cli.many import some_of
-
         total = f"/{progress.expected}" if progress.expected else ""
         self._show(
             f"{self._done} of {self._total} inputs done; {Path(job.source).name}: "
@@ -196,7 +193,8 @@ def _line(result: "Result") -> str:
 
 
 def _print_end(work: "BatchJobs", results: "dict[str, Result]", quiet: bool) -> None:
-    """Name what failed. Raises typer.Exit with exit code 5 where anything did."""
+    """Name what failed. Raises typer.Exit with exit code 5 where anything did, or an input was
+    damaged."""
     from makeup_video.pipeline.batch.job import Done
     from makeup_video.pipeline.errors import EXIT_DAMAGED_INPUT
 

@@ -10,7 +10,7 @@ from typing import Any
 from makeup_video.cli.console import log
 from makeup_video.cli.look_options import faces_meant
 from makeup_video.cli.looks_options import LooksOptions, WantedLook
-from makeup_video.cli.many import NewFolders, fields_of, template_for
+from makeup_video.cli.output_names import NewFolders, fields_of, template_for
 from makeup_video.cli.output_options import OutputOptions
 from makeup_video.pipeline import Look, MakeupVideoError, UsageError
 from makeup_video.pipeline.batch.job import Job, JobLook
@@ -84,9 +84,6 @@ def open_batch(
     else:
         folder = Template(output).folder
     place = folder / _JOURNAL if journal is None else Path(journal)
-    if journal is None and output is None and not os.path.exists(place):
-        before = Template(rows[0].output).folder / _JOURNAL  # its place until version 0.2.0
-        place = before if os.path.isfile(before) else place
     if resume and not os.path.isfile(place):
         raise UsageError(f"there is no journal {place} to go on with: leave --resume out")
     folders.make([os.fspath(place), os.fspath(folder / _PAGE)])

@@ -31,7 +31,7 @@ def findings(device: str) -> Iterator[Finding]:
 
     yield Finding(OK, "makeup-video", _own_version())
     yield Finding(OK, "system", _system())
-    yield from _packages()
+    yield _packages()
     checks: tuple[tuple[str, Callable[[], Finding]], ...] = (
         ("memory", _memory),
         ("OpenCL", _opencl),
@@ -61,7 +61,7 @@ def _system() -> str:
     return f"{platform.platform()}, {platform.machine()}, {cores()} cores"
 
 
-def _packages() -> Iterator[Finding]:
+def _packages() -> Finding:
     """Versions of the libraries, and of extras that are installed."""
     from importlib.metadata import PackageNotFoundError, version
 
@@ -71,7 +71,7 @@ def _packages() -> Iterator[Finding]:
             found.append(f"{name} {version(name)}")
         except PackageNotFoundError:
             continue
-    yield Finding(OK, "packages", ", ".join(found))
+    return Finding(OK, "packages", ", ".join(found))
 
 
 def _memory() -> Finding:

@@ -2,7 +2,7 @@
 
 import re
 import shutil
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from makeup_video.cli.console import print_result
@@ -16,7 +16,6 @@ _NARROWEST, _WIDEST = 40, 100  # columns of a page; in a narrower terminal the l
 _TEXT_COLUMNS = 22  # for the texts beside options: "[hh:]mm:ss[.fraction]." is one word
 _NAMES_COLUMNS = 30  # for the options themselves; a longer one has a line of its own
 _BREAK = " \\"  # the end of a line that the next one continues, in a shell
-_TABLES = ("codecs", "hardware", "parts", "default_parts", "finishes", "zone")
 _EXIT_CODES = (
     ("0", "done"),
     ("1", "the machine lacks something, or an internal error"),
@@ -144,35 +143,56 @@ def _write_options(ctx: Any, formatter: Any, params: Iterable[Any]) -> None:
                 _write_list(formatter, records)
 
 
-def _filled(text: str) -> str:
-    """A help text with the names of tables, such as {codecs}; only a help page loads the tables.
+def _codecs() -> str:
+    from makeup_video.pipeline.media.codecs import codecs_with
 
-    Other words in braces, such as {look}, stay as they are.
-    """
-    return re.sub(f"{{({'|'.join(_TABLES)})}}", lambda found: _names_of(found[1]), text)
+    return codecs_with(lambda codec: True)
 
 
-def _names_of(table: str) -> str:
-    """The names of a table: codecs, hardware, parts, finishes, or the choices of a dial."""
-    if table == "codecs":
-        from makeup_video.pipeline.media.codecs import codecs_with
+def _hardware() -> str:
+    from makeup_video.pipeline.media.hardware import HARDWARE
 
-        return codecs_with(lambda codec: True)
-    if table == "hardware":
-        from makeup_video.pipeline.media.hardware import HARDWARE
+    return ", ".join(HARDWARE)
 
-        return ", ".join(HARDWARE)
+
+def _parts() -> str:
+    from makeup_video.pipeline.look.options import PARTS_IN_WORDS
+
+    return PARTS_IN_WORDS
+
+
+def _default_parts() -> str:
+    from makeup_video.pipeline.look.options import DEFAULT_PARTS
+
+    return ", ".join(DEFAULT_PARTS)
+
+
+def _finishes() -> str:
     from makeup_video.pipeline.look.finishes import FINISHES
-    from makeup_video.pipeline.look.kinds import KINDS
-    from makeup_video.pipeline.look.options import DEFAULT_PARTS, PARTS_IN_WORDS
 
-    if table == "parts":
-        return PARTS_IN_WORDS
-    if table == "default_parts":
-        return ", ".join(DEFAULT_PARTS)
-    if table == "finishes":
-        return join_words(FINISHES, "or")
+    return join_words(FINISHES, "or")
+
+
+def _zones() -> str:
+    from makeup_video.pipeline.look.kinds import KINDS
+
     return join_words(KINDS["eyeshadow"].slots, "or")
+
+
+# What a word in braces stands for in a help text; only a help page loads the tables.
+_TABLES: dict[str, Callable[[], str]] = {
+    "codecs": _codecs,
+    "hardware": _hardware,
+    "parts": _parts,
+    "default_parts": _default_parts,
+    "finishes": _finishes,
+    "zone": _zones,
+}
+
+
+def _filled(text: str) -> str:
+    """A help text with the names of tables; other words in braces, such as {look}, stay."""
+    return re.sub(f"{{({'|'.join(_TABLES)})}}", lambda found: _TABLES[found[1]](), text)
 
 
 def _write_examples(formatter: Any, command: Any) -> None:

@@ -290,7 +290,8 @@ def _run_until_it_ends(run: "LiveRun", quiet: bool) -> None:
     """Run until Ctrl-C, which is the usual end, or until the camera ends.
 
     The last line is printed in any case, since a recording may hold what was painted until an
-    error. Raises typer.Exit with exit code 4 when an output failed, or never got a picture.
+    error. Raises typer.Exit with the exit code of the first output that failed, or never got a
+    picture.
     """
     from makeup_video.cli.main import mark_output_whole
     from makeup_video.cli.progress import live_summary, show_live
@@ -306,8 +307,8 @@ def _run_until_it_ends(run: "LiveRun", quiet: bool) -> None:
             mark_output_whole()  # Ctrl-C again must not change the exit code
             if not quiet:
                 log(live_summary(run.figures(), time.monotonic() - began))
-    if quiet:  # otherwise each was logged when it happened
-        for error in run.failures:
-            log(error_line(error, "live"))
-    for error in run.failures:
-        raise typer.Exit(error.exit_code)
+    if failures := run.failures:
+        if quiet:  # otherwise each was logged when it happened
+            for error in failures:
+                log(error_line(error, "live"))
+        raise typer.Exit(failures[0].exit_code)

@@ -13,12 +13,14 @@ from makeup_video.cli.look_options import (
     LOOK_HELP,
     Changes,
     check_photo,
+    check_ref_face,
     log_changes,
     look_of_photo,
     ready_names,
     with_parts,
 )
 from makeup_video.cli.options import LOOK
+from makeup_video.cli.outcome import some_of
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Look
@@ -135,10 +137,7 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
     def _check(self) -> None:
         from makeup_video.pipeline import UsageError
 
-        if self.ref_face is not None and not self.ref:
-            raise UsageError(
-                "--ref-face chooses a face of the photo: add --ref PHOTO, or leave it out"
-            )
+        check_ref_face(self.ref_face, self.ref)
         if self.catalogue is None and self.where:
             raise UsageError("--where chooses rows of a catalogue: add --catalogue CSV")
         if self.catalogue is not None and self.color is not None:
@@ -171,7 +170,6 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
 
     def _rows(self, quiet: bool) -> Iterator[WantedLook]:
         """The looks of the catalogue's rows."""
-        from makeup_video.cli.many import some_of
         from makeup_video.pipeline.look.finishes import parse_finish
         from makeup_video.pipeline.look.kinds import PARTS
         from makeup_video.pipeline.look.named import looks_of_catalogue
@@ -217,7 +215,8 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
         from makeup_video.pipeline.look.kinds import KINDS
         from makeup_video.pipeline.look.options import choose_look
 
-        for part in {KINDS[layer.kind].part for layer in row.look.layers} & set(self.worn):
+        if both := {KINDS[layer.kind].part for layer in row.look.layers} & set(self.worn):
+            part = min(both)
             raise UsageError(
                 f"--catalogue gives the {part} of {row.name}, and --{part} gives them, too: leave "
                 f"--{part} out"

@@ -121,12 +121,10 @@ def _report_error(error: Exception) -> int:
         import traceback
 
         traceback.print_exc()
-    if type(error).__name__ == "TooLittleMemoryError":
-        log(f"TooLittleMemoryError: {error}")
-        return 1
-    if type(error).__name__ == "OutputError":  # of a page of help
-        log(f"OutputError: {error}")
-        return _UNWRITTEN
+    # by name, since nothing may be imported when memory is short; OutputError: of a page of help
+    if (name := type(error).__name__) in ("TooLittleMemoryError", "OutputError"):
+        log(f"{name}: {error}")
+        return int(error.exit_code)  # type: ignore[attr-defined]
     if line := _completion_line(error):
         log(f"OutputError: {line}")
         return _UNWRITTEN

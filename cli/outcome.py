@@ -24,6 +24,7 @@ _NAMES = {
     "minutes": "--length",
     "split_minutes": "--split",
 }
+_MOST_NAMES = 3  # of looks in a line
 # What to do with a photo of several people in commands without --ref-face.
 _WITHOUT_CHOICE = {
     "demo": ", or leave --ref out, and drop the photo on the page, where a face is clicked",
@@ -92,6 +93,13 @@ def join_words(words: Iterable[str], before_last: str = "and") -> str:
     """Join words for a sentence: "a", "a and b", "a, b and c"."""
     *first, last = words
     return f"{', '.join(first)} {before_last} {last}" if first else last
+
+
+def some_of(names: Sequence[str]) -> str:
+    """At most three names in words: "nude, plum and 38 more"."""
+    if len(names) <= _MOST_NAMES:
+        return join_words(names)
+    return f"{', '.join(names[: _MOST_NAMES - 1])} and {len(names) - _MOST_NAMES + 1} more"
 
 
 def option_of_command(name: str, value: str | None) -> str:

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 @contextmanager
 def serve_page(
     show: "Show", slow_jobs: "SlowJobs", options: PageOptions, log_line: Callable[[str], None]
-) -> Generator[str, None, None]:
-    """Serve the page within the block and open a browser; yields the page's address.
+) -> Generator[None, None, None]:
+    """Serve the page within the block and open a browser.
 
     log_line: gets the address, and a warning when other machines can reach the page.  Raises
     UsageError when the page cannot be served at this address; InputError, InstallError and
@@ -45,7 +45,7 @@ def serve_page(
             log_line(_who_sees(server.address, url))
         if options.browser and has_screen():
             webbrowser.open(url)
-        yield url
+        yield
     finally:
         with undisturbed():
             server.stop()

@@ -1,4 +1,4 @@
-"""`apply` with several looks: names of outputs, warnings said once, errors of one look."""
+"""`apply` with several looks: options that give them, warnings said once, errors of one look."""
 
 import json
 import shutil
@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 from command_line import LOOK, run
-from makeup_video.cli.looks_options import LooksOptions, WantedLook
-from makeup_video.cli.many import name_outputs, print_outcomes, some_of, titled
-from makeup_video.pipeline import KINDS, Look, OutputError, Report, UsageError, product
+from makeup_video.cli.looks_options import LooksOptions
+from makeup_video.cli.many import print_outcomes, titled
+from makeup_video.pipeline import KINDS, OutputError, Report, UsageError, product
 from people import SAMPLES, clip, film
 from typer import Exit
 
@@ -132,24 +132,6 @@ def test_rows_that_go_to_the_lips_unasked_are_told(folder):
         assert (line + "pencil\n" in done.stderr) == (not quiet)
 
 
-def looks_named(*names):
-    return [WantedLook({"look": name}, lambda quiet: Look(), Look) for name in names]
-
-
-@pytest.mark.parametrize(
-    ("output", "names", "found"),
-    [
-        ("out.mp4", ["a"], ["out.mp4"]),
-        ("./out//x.mp4", ["a"], ["./out//x.mp4"]),
-        ("{{a}}.mp4", ["a"], ["{a}.mp4"]),
-        ("o/{name}-{look}.{ext}", ["a", "b"], ["o/talk-a.mov", "o/talk-b.mov"]),
-        ("{folder}-{look}.mp4", ["a/b"], ["clips-a-b.mp4"]),
-    ],
-)
-def test_names_of_outputs(output, names, found):
-    assert name_outputs(output, "/films/clips/talk.MOV", looks_named(*names)) == found
-
-
 def test_looks_of_one_name_are_numbered():
     names = [one.fields["look"] for one in LooksOptions(look=["a.json", "b/a.json"]).wanted()]
     assert names == ["a", "a-2"]
@@ -198,33 +180,4 @@ def test_progress_names_film_and_looks():
     tick = titled(lambda *figures, title: heard.append((figures, title)), "x/in.mp4", names)
     tick([Path("a"), Path("b")], 3, 9, 30)
     assert heard == [((3, 9, 30), "in.mp4: a and b")]
-    assert some_of("abcd") == "a, b and 2 more"
     assert titled(None, "in.mp4", names) is None
-
-
-TWINS = "shades.csv, line 2 and shades.csv, line"
-
-
-@pytest.mark.parametrize("command", [[], ["batch"]])
-@pytest.mark.parametrize(
-    ("row", "template", "message"),
-    [
-        ("É,P,lips,Rose,#B4002F", "{brand}.jpg", f"two outputs have the name É.jpg ({TWINS} 3): give"),
-        ("É,P,lips,,#B4002F", "{shade}.jpg", "a catalogue's row, and shades.csv, line 3 has none: choose"),
-        ("G,P,lips,Rose,#B4002F", "{shade}.jpg",
-         f"two outputs are one file: Red.jpg and red.jpg ({TWINS} 4); give each its own name"),
-    ],
-)  # fmt: skip
-def test_rows_of_a_catalogue_are_named_by_their_lines(folder, command, row, template, message):
-    rows = ["É,P,lips,Red,#B4002E", row, "F,p,lips,red,#B40030"]
-    (folder / "shades.csv").write_text("\n".join([TABLE.splitlines()[0], *rows]))
-    done = run(*command, "in.jpg", "--catalogue", "shades.csv", "-o", template)
-    assert done.exit_code == 2 and message in done.stderr, done.stderr
-    assert "has none" in message or ", for example with {look}." in done.stderr
-
-
-def test_an_input_without_an_extension_is_named(folder):
-    (folder / "in.jpg").rename(folder / "in")
-    done = run("in", "--look", "plum.json", "-o", "{look}.{ext}")
-    assert done.exit_code == 2 and "{ext}, the input's extension" in done.stderr
-    assert ", and in has none: choose another field" in done.stderr

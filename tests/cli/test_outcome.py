@@ -10,7 +10,7 @@ import pytest
 import typer
 from command_line import LIPSTICK, LOOK, command, run
 from makeup_video.cli.app import app
-from makeup_video.cli.outcome import report_errors
+from makeup_video.cli.outcome import report_errors, some_of
 from makeup_video.pipeline import SeveralFacesError
 from media import damage, decoded, make_clip
 
@@ -186,3 +186,8 @@ def test_a_read_only_folder_is_refused_even_for_root(folder):
     result = run("in.mp4", "--look", "none", "-o", "/proc/out.mp4")
     assert result.exit_code == 4
     assert len(result.output.splitlines()) == 1 and "cannot be written" in result.output
+
+
+def test_of_many_names_a_line_has_three_at_most():
+    assert some_of("ab") == "a and b" and some_of("abc") == "a, b and c"
+    assert some_of("abcd") == "a, b and 2 more"

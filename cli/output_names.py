@@ -1,0 +1,98 @@
+"""Names of outputs that a template gives, and their folders."""
+
+import contextlib
+import errno
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+from makeup_video.cli.looks_options import WantedLook
+
+if TYPE_CHECKING:
+    from makeup_video.pipeline.files.template import Template
+
+
+def name_outputs(output: str, source: str, looks: Sequence[WantedLook]) -> list[str]:
+    """The name of the output of each look.
+
+    A name without braces is taken as it is. Raises UsageError for a template that does not fit, and
+    for outputs of one name.
+    """
+    from makeup_video.pipeline.files.output_file import check_apart
+    from makeup_video.pipeline.files.template import Origin
+
+    if len(looks) == 1 and not {"{", "}"} & set(output):
+        return [output]
+    template = template_for(output, len(looks))
+    fields = fields_of(Path(source))
+    origins = [Origin(fields | look.fields, source, look.called) for look in looks]
+    outputs = [template.fill(origin) for origin in origins]
+    check_apart(outputs, origins)
+    return list(map(os.fspath, outputs))
+
+
+def template_for(output: str, looks: int) -> "Template":
+    """The template of outputs. Raises UsageError for one that gives several looks one name."""
+    from makeup_video.pipeline import UsageError
+    from makeup_video.pipeline.files.template import OF_LOOKS, Template
+
+    template = Template(output)
+    if looks > 1 and not set(OF_LOOKS) & set(template.fields):
+        raise UsageError(
+            f"{looks} looks need a name each: put {{look}} in -o, as in "
+            f"-o {_with_look(output)!r}, got {output}"
+        )
+    return template
+
+
+def fields_of(path: Path) -> dict[str, str]:
+    """What a template of outputs may hold of an input."""
+    folder = path.absolute().parent.name
+    return {"name": path.stem, "folder": folder, "ext": _written_as(path)}
+
+
+def _written_as(path: Path) -> str:
+    """The extension of the output for an input: HEIC is read, and never written."""
+    end = path.suffix.lower().removeprefix(".")
+    return "jpg" if end in ("heic", "heif") else end
+
+
+def _with_look(output: str) -> str:
+    path = Path(output)
+    if output.endswith(("/", os.sep)) or os.path.isdir(path):
+        return os.fspath(path / "{name}-{look}.mp4")
+    return os.fspath(path.with_name(f"{path.stem}-{{look}}{path.suffix}")) if path.name else output
+
+
+class NewFolders:
+    """Makes folders of outputs whose names come from a template.
+
+    Those that are empty when the block ends with an error are removed again.
+    """
+
+    def __init__(self) -> None:
+        self._made: list[Path] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: object, *exc: object) -> None:
+        if kind is not None:
+            for folder in reversed(self._made):
+                with contextlib.suppress(OSError):
+                    folder.rmdir()
+
+    def make(self, outputs: Sequence[str]) -> None:
+        """Make the folders of outputs. Raises OutputError."""
+        from makeup_video.pipeline.files.output_file import write_errors
+
+        for folder in dict.fromkeys(Path(output).parent for output in outputs):
+            with write_errors(folder):
+                missing = [one for one in (folder, *folder.parents) if not os.path.exists(one)]
+                try:
+                    folder.mkdir(parents=True, exist_ok=True)
+                except OSError as error:
+                    if error.errno != errno.ENAMETOOLONG:  # such an output fails alone
+                        raise
+                self._made += [one for one in reversed(missing) if os.path.exists(one)]

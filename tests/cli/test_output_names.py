@@ -1,0 +1,67 @@
+"""Names of outputs: templates, their fields, and what is said where two outputs have one name."""
+
+import json
+import shutil
+
+import pytest
+from command_line import LOOK, run
+from makeup_video.cli.looks_options import WantedLook
+from makeup_video.cli.output_names import name_outputs
+from makeup_video.pipeline import Look
+from people import SAMPLES
+
+HEAD = "brand,product,category,shade,hex"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "plum.json").write_text(json.dumps(LOOK))
+    shutil.copy(SAMPLES / "portrait.jpg", "in.jpg")
+    return tmp_path
+
+
+def looks_named(*names):
+    return [WantedLook({"look": name}, lambda quiet: Look(), Look) for name in names]
+
+
+@pytest.mark.parametrize(
+    ("output", "names", "found"),
+    [
+        ("out.mp4", ["a"], ["out.mp4"]),
+        ("./out//x.mp4", ["a"], ["./out//x.mp4"]),
+        ("{{a}}.mp4", ["a"], ["{a}.mp4"]),
+        ("o/{name}-{look}.{ext}", ["a", "b"], ["o/talk-a.mov", "o/talk-b.mov"]),
+        ("{folder}-{look}.mp4", ["a/b"], ["clips-a-b.mp4"]),
+    ],
+)
+def test_names_of_outputs(output, names, found):
+    assert name_outputs(output, "/films/clips/talk.MOV", looks_named(*names)) == found
+
+
+TWINS = "shades.csv, line 2 and shades.csv, line"
+
+
+@pytest.mark.parametrize("command", [[], ["batch"]])
+@pytest.mark.parametrize(
+    ("row", "template", "message"),
+    [
+        ("É,P,lips,Rose,#B4002F", "{brand}.jpg", f"two outputs have the name É.jpg ({TWINS} 3): give"),
+        ("É,P,lips,,#B4002F", "{shade}.jpg", "a catalogue's row, and shades.csv, line 3 has none: choose"),
+        ("G,P,lips,Rose,#B4002F", "{shade}.jpg",
+         f"two outputs are one file: Red.jpg and red.jpg ({TWINS} 4); give each its own name"),
+    ],
+)  # fmt: skip
+def test_rows_of_a_catalogue_are_named_by_their_lines(folder, command, row, template, message):
+    rows = ["É,P,lips,Red,#B4002E", row, "F,p,lips,red,#B40030"]
+    (folder / "shades.csv").write_text("\n".join([HEAD, *rows]))
+    done = run(*command, "in.jpg", "--catalogue", "shades.csv", "-o", template)
+    assert done.exit_code == 2 and message in done.stderr, done.stderr
+    assert "has none" in message or ", for example with {look}." in done.stderr
+
+
+def test_an_input_without_an_extension_is_named(folder):
+    (folder / "in.jpg").rename(folder / "in")
+    done = run("in", "--look", "plum.json", "-o", "{look}.{ext}")
+    assert done.exit_code == 2 and "{ext}, the input's extension" in done.stderr
+    assert ", and in has none: choose another field" in done.stderr
