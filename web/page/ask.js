@@ -8,8 +8,12 @@ export const NO_ANSWER = "the server does not answer. Try again in a moment.";
 export const ask = (address, options = {}) =>
   fetch(address, { signal: AbortSignal.timeout(PATIENCE_MS), ...options });
 
-export const unreadable = (file) =>
-  `${file.name} cannot be read: it is a folder, or is no longer there. Choose another file.`;
+/** An address of this server, for a page of this session. more: further parameters. */
+export const addressOf = (path, session, more = {}) =>
+  `${path}?${new URLSearchParams({ session, ...more })}`;
+
+export const unreadable = (name) =>
+  `${name} cannot be read: it is a folder, or is no longer there. Choose another file.`;
 
 /** Whether the browser can read a file; otherwise a request with it would seem to get no answer. */
 export async function isReadable(file) {

@@ -1,19 +1,18 @@
 // The choice of the camera and its size.
 
-import { ask, NO_ANSWER } from "./ask.js";
-import { el } from "./elements.js";
+import { addressOf, ask, NO_ANSWER } from "./ask.js";
+import { byId, el } from "./elements.js";
 
-const section = document.getElementById("camera");
+const section = byId("camera");
 
 /**
  * Show what may be chosen. session: its name.  onOwner(isOwner): told whether this is the machine of
  * the camera.  onError(text): shows a refusal; "" clears it.
  */
 export async function showCameras(session, onOwner, onError) {
-  const address = `/camera?session=${encodeURIComponent(session)}`;
   let choices;
   try {
-    const response = await ask(address);
+    const response = await ask(addressOf("/camera", session));
     if (!response.ok) return;
     choices = await response.json();
   } catch {
@@ -21,10 +20,10 @@ export async function showCameras(session, onOwner, onError) {
     return;
   }
   onOwner(choices.is_owner);
-  show(choices, address, onError);
+  show(choices, session, onError);
 }
 
-function show(choices, address, onError) {
+function show(choices, session, onError) {
   const { names = [], name, sizes = [], size } = choices;
   section.hidden = names.length < 2 && size == null;
   if (section.hidden) return; // a run without cameras, or a page on another machine
@@ -33,17 +32,17 @@ function show(choices, address, onError) {
   const put = async ({ target }) => {
     onError("");
     section.setAttribute("aria-busy", "true");
-    const chosen = new URLSearchParams({
+    const chosen = {
       name: camera.lastElementChild.value,
       size: target.name === "size" ? target.value : "", // else that which was asked for last
-    });
+    };
     try {
-      const response = await ask(`${address}&${chosen}`, { method: "POST" });
+      const response = await ask(addressOf("/camera", session, chosen), { method: "POST" });
       const answer = await response.json();
       if (!response.ok) onError(answer.error);
-      show(response.ok ? answer : choices, address, onError);
+      show(response.ok ? answer : choices, session, onError);
     } catch {
-      show(choices, address, onError);
+      show(choices, session, onError);
       onError(`The camera could not be changed: ${NO_ANSWER}`);
     }
     section.setAttribute("aria-busy", "false");

@@ -1,6 +1,8 @@
 // Before and after: the divider over the picture, and the key that shows the picture without
 // makeup.
 
+import { byId, clamp } from "./elements.js";
+
 const STEP = 0.02;
 const PAGE = 0.1;
 
@@ -12,14 +14,14 @@ export class Compare {
   #isOn = false;
   #isHeld = false;
   #asked = false;
-  #area = document.getElementById("compare");
-  #divider = document.getElementById("divider");
-  #heldChip = document.getElementById("held");
+  #area = byId("compare");
+  #divider = byId("divider");
+  #heldChip = byId("held");
 
   constructor(picture, ask) {
     this.#picture = picture;
     this.#ask = ask;
-    const frame = document.getElementById("frame");
+    const frame = byId("frame");
     this.#area.addEventListener("pointerdown", (event) => this.#drag(event, frame));
     this.#divider.addEventListener("keydown", (event) => this.#key(event));
   }
@@ -28,7 +30,7 @@ export class Compare {
     const hadFocus = document.activeElement === this.#divider;
     this.#isOn = on;
     this.#area.hidden = !on;
-    if (hadFocus && !on) document.getElementById("compare-button").focus({ preventScroll: true });
+    if (hadFocus && !on) byId("compare-button").focus({ preventScroll: true });
     this.#show();
   }
 
@@ -63,7 +65,7 @@ export class Compare {
   }
 
   #moveTo(split) {
-    this.#split = Math.min(1, Math.max(0, split));
+    this.#split = clamp(split, 0, 1);
     this.#show();
   }
 

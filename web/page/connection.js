@@ -1,5 +1,6 @@
 // The WebSocket: messages in and out, pictures in, and reconnecting.
 
+import { addressOf } from "./ask.js";
 import { isText, recall, remember } from "./remember.js";
 
 const HEADER_BYTES = 20; // <QHHII: pts in us, rotation, flags, bytes painted, bytes before
@@ -80,8 +81,8 @@ export class Connection {
   #open() {
     clearTimeout(this.#timer);
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const session = this.#session && `?session=${encodeURIComponent(this.#session)}`;
-    const socket = new WebSocket(`${scheme}://${location.host}/ws${session}`);
+    const address = addressOf("/ws", this.#session);
+    const socket = new WebSocket(`${scheme}://${location.host}${address}`);
     socket.binaryType = "arraybuffer";
     socket.onmessage = (event) => this.#receive(event.data);
     socket.onclose = () => this.#closed();

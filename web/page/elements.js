@@ -11,9 +11,13 @@ export function el(tag, properties = {}, ...children) {
   return element;
 }
 
+export const byId = (id) => document.getElementById(id);
+
+export const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
+
 /** A canvas of a size in CSS pixels, with up to two pixels of the screen for each. */
 export function fineCanvas(width, height) {
-  const scale = Math.min(2, Math.max(1, window.devicePixelRatio));
+  const scale = clamp(window.devicePixelRatio, 1, 2);
   return el("canvas", {
     width: Math.round(width * scale),
     height: Math.round(height * scale),

@@ -1,8 +1,8 @@
 // A photo with several faces: the visitor chooses one.
 
-import { el } from "./elements.js";
+import { byId, el } from "./elements.js";
 
-const dialog = document.getElementById("faces");
+const dialog = byId("faces");
 const picture = dialog.querySelector(".picture");
 
 /**

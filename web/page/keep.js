@@ -1,16 +1,16 @@
 // Saving and opening: the look as a file, the picture as PNG, undo and redo.
 
-import { isReadable, NO_ANSWER, unreadable } from "./ask.js";
+import { addressOf, isReadable, NO_ANSWER, unreadable } from "./ask.js";
+import { byId } from "./elements.js";
 import { lookFile } from "./look.js";
 import { tellInFullScreen } from "./status.js";
 
 const ERROR_MS = 20_000;
 const PICTURE_MS = 120_000; // until the answer begins: a PNG waits for those of other pages
 const MOST_BYTES = 64_000; // of a look file: the server cuts off a page that sends more than 65,536
-const error = document.getElementById("error");
-const name = document.getElementById("name");
+const error = byId("error");
+const name = byId("name");
 let clearing = 0;
-const button = (id) => document.getElementById(id);
 
 /** Show an error near the buttons for files, for some time; "" clears it. */
 export function showError(text) {
@@ -29,12 +29,13 @@ function download(blob, ending) {
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }
 
-async function downloadPicture(session, both = "") {
+/** more: {both: ""} for before and after side by side. */
+async function downloadPicture(session, more = {}) {
   showError("");
   try {
-    const address = `/picture.png?session=${encodeURIComponent(session)}${both}`;
     const request = new AbortController();
     const late = setTimeout(() => request.abort(), PICTURE_MS);
+    const address = addressOf("/picture.png", session, more);
     const response = await fetch(address, { signal: request.signal });
     clearTimeout(late); // a large picture may take longer on a slow network
     if (response.ok) download(await response.blob(), "png");
@@ -48,7 +49,7 @@ async function downloadPicture(session, both = "") {
 export async function openLook(file, send) {
   showError("");
   const choose = "choose a JSON file made by “Save look”.";
-  if (!(await isReadable(file))) return showError(unreadable(file));
+  if (!(await isReadable(file))) return showError(unreadable(file.name));
   if (file.size > MOST_BYTES) {
     const [size, most] = [Math.ceil(file.size / 1000), MOST_BYTES / 1000];
     return showError(`${file.name} has ${size} kB, a look file ${most} kB at most: ${choose}`);
@@ -63,15 +64,15 @@ export async function openLook(file, send) {
 
 /** Connect the buttons for files, undo and redo. */
 export function wireKeep(store, session, send) {
-  button("undo").onclick = () => store.undo();
-  button("redo").onclick = () => store.redo();
-  button("reset").onclick = () => store.isPhotoLook || store.replace(store.photoLook);
-  button("save-look").onclick = () => {
+  byId("undo").onclick = () => store.undo();
+  byId("redo").onclick = () => store.redo();
+  byId("reset").onclick = () => store.isPhotoLook || store.replace(store.photoLook);
+  byId("save-look").onclick = () => {
     if (store.look === null) return; // not connected yet
     download(new Blob([lookFile(store.look)], { type: "application/json" }), "json");
   };
-  button("save-picture").onclick = () => downloadPicture(session());
-  button("save-both").onclick = () => downloadPicture(session(), "&both");
+  byId("save-picture").onclick = () => downloadPicture(session());
+  byId("save-both").onclick = () => downloadPicture(session(), { both: "" });
   const input = document.querySelector("#open-look input");
   input.addEventListener("change", () => {
     if (input.files.length) openLook(input.files[0], send);
@@ -79,7 +80,7 @@ export function wireKeep(store, session, send) {
   });
   name.addEventListener("input", () => (store.name = name.value));
   // not `disabled`, which would take the focus from the button
-  const enable = (id, can) => button(id).setAttribute("aria-disabled", !can);
+  const enable = (id, can) => byId(id).setAttribute("aria-disabled", !can);
   store.addEventListener("change", () => {
     if (name.value !== store.name) name.value = store.name;
     enable("undo", store.canUndo);

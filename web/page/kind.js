@@ -29,6 +29,10 @@ export class KindControls {
   #parts = []; // set(layer) of each control
   #finishes = []; // [canvas, settings]
   #shades;
+  #tabSwatch = fineCanvas(88, 30);
+  #tabText = el("small");
+  #switch = el("input", { type: "checkbox", role: "switch" }); // whether the kind is worn
+  #body; // the controls below the switch
   #row = null; // of layers, where the kind may have several
   #drawn = ""; // what the swatches of the panel show
   #draw = oncePerFrame(() => this.#drawSwatches());
@@ -63,11 +67,11 @@ export class KindControls {
     this.#isWorn = layers.length > 0;
     if (this.#isWorn) this.#layers = layers;
     this.#at = Math.min(this.#at, this.#layers.length - 1);
-    this.switch.checked = this.#isWorn;
-    this.body.classList.toggle("off", !this.#isWorn); // any change puts it on
+    this.#switch.checked = this.#isWorn;
+    this.#body.classList.toggle("off", !this.#isWorn); // any change puts it on
     for (const set of this.#parts) set(this.#layers[this.#at]);
     this.#row?.show(this.#layers, this.#at);
-    this.tabText.textContent = this.#words();
+    this.#tabText.textContent = this.#words();
     this.tab.classList.toggle("bare", !this.#isWorn);
     this.#draw();
   }
@@ -122,22 +126,19 @@ export class KindControls {
 
   #makeTab() {
     const { part, title } = this.#kind;
-    this.tabSwatch = fineCanvas(88, 30);
-    this.tabText = el("small");
     return el(
       "button",
       { type: "button", role: "tab", id: `${part}-tab`, "aria-controls": this.panel.id },
-      this.tabSwatch,
+      this.#tabSwatch,
       el("b", {}, title),
-      this.tabText,
+      this.#tabText,
     );
   }
 
   #makePanel() {
     const { part, product } = this.#kind;
-    this.switch = el("input", { type: "checkbox", role: "switch" });
-    this.switch.addEventListener("change", () => this.#wear(this.switch.checked));
-    this.body = this.#makeBody();
+    this.#switch.addEventListener("change", () => this.#wear(this.#switch.checked));
+    this.#body = this.#makeBody();
     const colour = this.#makeColour();
     return el(
       "div",
@@ -145,12 +146,12 @@ export class KindControls {
       el(
         "div",
         { className: "row first" },
-        el("label", { className: "switch" }, this.switch, product),
+        el("label", { className: "switch" }, this.#switch, product),
         colour.element,
       ),
       colour.error,
       this.#shades.element,
-      this.body,
+      this.#body,
     );
   }
 
@@ -245,8 +246,8 @@ export class KindControls {
     const { swatch } = this.#kind;
     const products = this.#layers.map((layer) => layer.product);
     const shown = JSON.stringify(products);
-    if (this.tabSwatch.dataset.shown !== shown) drawSwatch(this.tabSwatch, swatch, products);
-    this.tabSwatch.dataset.shown = shown;
+    if (this.#tabSwatch.dataset.shown !== shown) drawSwatch(this.#tabSwatch, swatch, products);
+    this.#tabSwatch.dataset.shown = shown;
     if (this.panel.hidden || this.#drawn === `${shown} ${this.#at}`) return;
     this.#drawn = `${shown} ${this.#at}`;
     const product = products[this.#at];

@@ -1,7 +1,7 @@
 // Looks as thumbnails on the portrait: those that the visitor keeps, used last, and the ready ones.
 
-import { ask, NO_ANSWER } from "./ask.js";
-import { el } from "./elements.js";
+import { addressOf, ask, NO_ANSWER } from "./ask.js";
+import { byId, el } from "./elements.js";
 import { isLook, sameLook } from "./look.js";
 import { isObject, isText, listenToOtherPages, listOf, recall, revise } from "./remember.js";
 import { moveByKeys, putButtons, stopAt } from "./row.js";
@@ -22,7 +22,7 @@ const namedLooks = (value) =>
 export class Looks {
   #store;
   #onError;
-  #section = document.getElementById("ready");
+  #section = byId("ready");
   #row = el("div", { className: "thumbs", role: "group", "aria-label": "Looks" });
   #star = el("span", { "aria-hidden": "true" });
   #keep;
@@ -103,7 +103,7 @@ export class Looks {
   }
 
   async #drawOne(one) {
-    const address = `/look-thumbnail?session=${encodeURIComponent(this.#session)}`;
+    const address = addressOf("/look-thumbnail", this.#session);
     try {
       const response = await ask(address, { method: "POST", body: JSON.stringify(one.look) });
       if (!response.ok) {
@@ -191,8 +191,7 @@ export class Looks {
   async #showOnMe() {
     this.#onError("");
     try {
-      const address = `/portrait?session=${encodeURIComponent(this.#session)}`;
-      const response = await ask(address, { method: "POST" });
+      const response = await ask(addressOf("/portrait", this.#session), { method: "POST" });
       if (response.ok) this.draw();
       else this.#onError((await response.json()).error);
     } catch {

@@ -5,6 +5,7 @@ import { changesSince } from "./changes.js";
 import { Compare } from "./compare.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
+import { byId } from "./elements.js";
 import { openLook, showError, wireKeep } from "./keep.js";
 import { listenToKeys } from "./keys.js";
 import { LookStore, nameAfter } from "./look.js";
@@ -22,7 +23,6 @@ const STOPPED = "makeup-video was stopped. Start it again to see the picture her
 const NOT_SENT = "the connection is lost. Open the look again when the picture is back.";
 const WAITING = "Waiting for the first frame …";
 
-const byId = (id) => document.getElementById(id);
 let hello = null;
 let controls = null;
 let pictureKind = choosePictures(); // until a decoder fails

@@ -1,6 +1,7 @@
 // The canvas. Pictures are decoded off the main thread; the newest wins; each is acknowledged.
 
 import { VideoStream } from "./video.js";
+import { WHOLE } from "./zoom.js";
 
 const widthOf = (image) => image.displayWidth ?? image.width; // of a VideoFrame, an ImageBitmap
 const heightOf = (image) => image.displayHeight ?? image.height;
@@ -24,8 +25,9 @@ export class Picture {
   #mirrored = false;
   #split = null; // place of the divider, 0 to 1 from the left; null: no divider
   #held = false;
-  #view = { zoom: 1, x: 0.5, y: 0.5 };
+  #view = WHOLE;
 
+  #onSize;
   #painted; // streams of H.264
   #before;
 
@@ -37,7 +39,7 @@ export class Picture {
     this.#canvas = canvas;
     this.#context = canvas.getContext("2d", { alpha: false });
     this.#acknowledge = acknowledge;
-    this.onSize = onSize;
+    this.#onSize = onSize;
     const fail = () => {
       this.#painted.close();
       this.#before.close();
@@ -141,7 +143,7 @@ export class Picture {
     if (this.#canvas.width !== width || this.#canvas.height !== height) {
       this.#canvas.width = width;
       this.#canvas.height = height;
-      this.onSize(width, height);
+      this.#onSize(width, height);
     }
     this.#drawTurned(this.#held && before ? before : painted, rotation, 0, width);
     if (before && !this.#held && this.#split !== null) {

@@ -1,8 +1,9 @@
 // The outputs of a live run: a button that records, and how long each output has run.
 
-import { ask, NO_ANSWER } from "./ask.js";
+import { addressOf, ask, NO_ANSWER } from "./ask.js";
+import { byId } from "./elements.js";
 
-const button = document.getElementById("record-button");
+const button = byId("record-button");
 let ended = null; // names of recordings whose end is known; null: before the first figures
 let ending = ""; // the name of one that has ended, and how many pictures it had by then
 
@@ -15,7 +16,7 @@ export function wireRecord(session, onError) {
     onError("");
     isBusy = true;
     try {
-      const address = `/recording?session=${encodeURIComponent(session())}&on=${on ? 1 : 0}`;
+      const address = addressOf("/recording", session(), { on: on ? 1 : 0 });
       const response = await ask(address, { method: "POST" });
       const answer = await response.json();
       if (response.ok) button.setAttribute("aria-pressed", answer.on);

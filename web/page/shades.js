@@ -1,6 +1,6 @@
 // Shades: those that were kept or used, and those of a catalogue; a row in the panel of each kind.
 
-import { ask, isReadable, NO_ANSWER, unreadable } from "./ask.js";
+import { addressOf, ask, isReadable, NO_ANSWER, unreadable } from "./ask.js";
 import { hexOf } from "./colour.js";
 import { el } from "./elements.js";
 import { layersOf } from "./layers.js";
@@ -100,10 +100,10 @@ export class Shades extends EventTarget {
 
   /** Read a CSV file on the server; returns the reason for a refusal, or "". */
   async open(file, session) {
-    if (!(await isReadable(file))) return unreadable(file);
+    if (!(await isReadable(file))) return unreadable(file.name);
     try {
       const headers = { "X-File-Name": encodeURIComponent(file.name) };
-      const address = `/shades?session=${encodeURIComponent(session)}`;
+      const address = addressOf("/shades", session);
       const response = await ask(address, { method: "POST", body: file, headers });
       const answer = await response.json();
       if (!response.ok) return answer.error;

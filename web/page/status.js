@@ -1,21 +1,21 @@
 // The state of the run: figures, notices, and the veil over the picture while there is none.
 
-import { el } from "./elements.js";
+import { byId, el } from "./elements.js";
 import { endOfRecording, forgetRecordings, outputs } from "./record.js";
 
 const LATE_MS = 150; // a longer delay between lips and voice is visible
 const NOTICE_MS = 10_000;
 
-const figures = document.getElementById("figures");
-const notice = document.getElementById("notice");
-const veil = document.getElementById("veil");
+const figures = byId("figures");
+const notice = byId("notice");
+const veil = byId("veil");
 let lastNotice = ""; // about a slow machine
 let showUntil = 0;
 let ofRun = ""; // the notice of the run
 let told = ""; // by the page itself, which comes first
 let telling = 0;
 const noticeText = notice.querySelector("span");
-const said = document.getElementById("said"); // the same text for screen readers
+const said = byId("said"); // the same text for screen readers
 let closed = ""; // the notice of the run that the visitor has closed
 let whyJpeg = ""; // where H.264 would spare the network
 

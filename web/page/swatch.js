@@ -1,5 +1,7 @@
 // Swatches: a product on skin, lit from above, which shows its finish and how it is worn.
 
+import { clamp } from "./elements.js";
+
 const UNDER = [0.5, 0.3, 0.23]; // linear light of the skin below
 const LIGHT = unit([-0.35, -0.7, 0.75]);
 const HALF = unit([LIGHT[0], LIGHT[1], LIGHT[2] + 1]); // between the light and the eye
@@ -27,7 +29,7 @@ function noise(x, y) {
 }
 
 const smooth = (x) => {
-  const inside = Math.min(1, Math.max(0, x));
+  const inside = clamp(x, 0, 1);
   return inside * inside * (3 - 2 * inside);
 };
 
@@ -71,8 +73,8 @@ function line(u, v, x, y, pixel) {
   const half = (0.05 + 0.17 * lashes) * (1 - wing);
   const at = v - middle;
   const isOn = along > 0 && along < 1;
-  const cover = isOn ? Math.min(1, Math.max(0, (half - Math.abs(at)) / pixel + 0.5)) : 0;
-  return { cover, nx: 0, ny: cover > 0 ? 0.75 * Math.max(-1, Math.min(1, at / half)) : 0 };
+  const cover = isOn ? clamp((half - Math.abs(at)) / pixel + 0.5, 0, 1) : 0;
+  return { cover, nx: 0, ny: cover > 0 ? 0.75 * clamp(at / half, -1, 1) : 0 };
 }
 
 const FORMS = { stroke, powder, flush, line };

@@ -1,7 +1,7 @@
 // Photos: chosen, dropped or pasted; uploaded; shown as thumbnails or with the reason of a refusal.
 
-import { isReadable, NO_ANSWER, unreadable } from "./ask.js";
-import { el } from "./elements.js";
+import { addressOf, isReadable, NO_ANSWER, unreadable } from "./ask.js";
+import { byId, el } from "./elements.js";
 import { chooseFace } from "./faces.js";
 import { TYPED } from "./keys.js";
 import { tellInFullScreen } from "./status.js";
@@ -32,7 +32,7 @@ const WHOLE = {
 const PATIENCE_MS = 150_000;
 const PHOTOS = "image/*,.heic,.heif,.avif"; // not every browser knows these as pictures
 const NO_FACE = "No face was chosen: the look stays as it is.";
-const NOT_SENT = (file) => `${nameOf(file)} could not be sent: ${NO_ANSWER}`;
+const notSent = (file) => `${nameOf(file)} could not be sent: ${NO_ANSWER}`;
 const nameOf = (file) => file.name || "the pasted photo";
 let loads = 0; // so that the browser asks for every thumbnail
 
@@ -44,6 +44,8 @@ class Slot {
   // a thumbnail that is dragged would count as a new photo
   #thumb = el("img", { alt: "", hidden: true, draggable: false });
   #hint;
+  #text;
+  #error = el("p", { className: "error", role: "alert" });
   #request = null;
 
   /** upload(kind, file, request): resolves to null, or to the reason for a refusal. */
@@ -52,7 +54,7 @@ class Slot {
     this.#kind = kind;
     this.#upload = upload;
     this.#hint = el("small", {}, hint);
-    this.text = el("b", {}, empty);
+    this.#text = el("b", {}, empty);
     const input = el("input", {
       type: "file",
       accept: PHOTOS,
@@ -63,7 +65,6 @@ class Slot {
       input.value = ""; // so that the same file fires "change" again
     });
     this.#thumb.addEventListener("error", () => (this.#thumb.hidden = true));
-    this.error = el("p", { className: "error", role: "alert" });
     this.element = el(
       "div",
       { className: "slot", id: `${kind}-slot` },
@@ -72,9 +73,9 @@ class Slot {
         {},
         input,
         el("span", { className: "thumb" }, this.#thumb),
-        el("span", { className: "words" }, el("small", {}, title), this.text, this.#hint),
+        el("span", { className: "words" }, el("small", {}, title), this.#text, this.#hint),
       ),
-      this.error,
+      this.#error,
     );
   }
 
@@ -94,20 +95,19 @@ class Slot {
     this.element.setAttribute("aria-busy", className === "reading");
     this.#hint.textContent =
       className === "reading" ? SLOTS[this.#kind].reading : SLOTS[this.#kind].hint;
-    this.error.textContent = error;
+    this.#error.textContent = error;
     tellInFullScreen(error);
   }
 
   #accept(file) {
     this.file = file;
-    this.text.textContent = nameOf(file);
+    this.#text.textContent = nameOf(file);
   }
 
   /** Show the server's thumbnail of the photo, and its name where it is known. */
   show(session, name = "") {
-    if (name) this.text.textContent = name;
-    const address = `/${this.#kind}-thumbnail?session=${encodeURIComponent(session)}`;
-    this.#thumb.src = `${address}&load=${++loads}`;
+    if (name) this.#text.textContent = name;
+    this.#thumb.src = addressOf(`/${this.#kind}-thumbnail`, session, { load: ++loads });
     this.#thumb.hidden = false;
   }
 }
@@ -120,7 +120,7 @@ export class Photos {
   #hello = null;
   #slots = {};
   #on;
-  #drop = document.getElementById("drop");
+  #drop = byId("drop");
   #depth = 0; // dragenter and dragleave fire for every nested element
 
   constructor(on) {
@@ -139,7 +139,7 @@ export class Photos {
     for (const kind of hello.mode === "demo" ? ["photo", "portrait"] : ["photo"]) {
       if (this.#slots[kind]) continue; // to put it there again would take the focus from it
       this.#slots[kind] = new Slot(kind, (...photo) => this.#upload(...photo));
-      document.getElementById("photos").append(this.#slots[kind].element);
+      byId("photos").append(this.#slots[kind].element);
     }
     this.#slots.portrait?.show(hello.session);
     const portrait = this.#slots.portrait?.file;
@@ -159,11 +159,11 @@ export class Photos {
       const [size, most] = [Math.ceil(file.size / 1e6), Math.floor(limit / 1e6)];
       return `${nameOf(file)} has ${size} MB; a photo may have at most ${most} MB.`;
     }
-    if (!(await isReadable(file))) return unreadable(file);
+    if (!(await isReadable(file))) return unreadable(nameOf(file));
     // AbortSignal.any would do the same, but iOS 16 lacks it
     const late = setTimeout(() => request.abort(), PATIENCE_MS);
     try {
-      const address = `/${kind}?session=${encodeURIComponent(this.#hello.session)}&face=${face}`;
+      const address = addressOf(`/${kind}`, this.#hello.session, { face });
       const headers = { "X-File-Name": encodeURIComponent(file.name) };
       const { signal } = request;
       const response = await fetch(address, { method: "POST", body: file, headers, signal });
@@ -173,12 +173,12 @@ export class Photos {
         const chosen = await chooseFace(answer, signal);
         return chosen === null ? NO_FACE : this.#upload(kind, file, request, chosen);
       }
-      if (!response.ok) return answer.error ?? NOT_SENT(file);
+      if (!response.ok) return answer.error ?? notSent(file);
       if (kind === "portrait") this.#slots.portrait.show(this.#hello.session);
       this.#on[kind](answer);
       return null;
     } catch {
-      return NOT_SENT(file);
+      return notSent(file);
     }
   }
 

@@ -10,10 +10,10 @@ const NO_DECODER = `${JPEG_BECAUSE}this browser cannot decode it for a page`;
 export const FAILED = `${JPEG_BECAUSE}this browser's decoder failed`;
 
 /**
- * Whether this page shall show H.264: on another machine than the server, where the browser decodes
- * it. Browsers do so in pages over HTTPS, and in those of this machine. `?video=h264` and
- * `?video=jpeg` in the page's address choose. Resolves to {isVideo, why}: why H.264 would be better,
- * and cannot be; "" otherwise.
+ * Whether this page should show H.264: on another machine than the server, where the browser
+ * decodes it. Browsers do so in pages over HTTPS, and in those of this machine. `?video=h264` and
+ * `?video=jpeg` in the page's address choose. Resolves to {isVideo, why}: why H.264 would be
+ * better, and cannot be; "" otherwise.
  */
 export async function choosePictures() {
   const chosen = new URLSearchParams(location.search).get("video");

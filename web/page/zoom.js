@@ -1,16 +1,21 @@
 // Zoom and pan of the picture: wheel, two fingers, a drag, keys, and a button.
 
+import { byId, clamp } from "./elements.js";
+
 const MOST = 8;
 const BY_BUTTON = 2.5;
 const BY_KEY = 1.25;
 const PAN = 0.1; // of the visible part, by an arrow key
+export const WHOLE = { zoom: 1, x: 0.5, y: 0.5 };
+
+const within = (zoom) => clamp(zoom, 1, MOST);
 
 /** onChange({zoom, x, y}): called with the part to show; x, y: its middle, as shares of the picture. */
 export class Zoom {
-  #frame = document.getElementById("frame");
-  #button = document.getElementById("zoom-button");
+  #frame = byId("frame");
+  #button = byId("zoom-button");
   #onChange;
-  #view = { zoom: 1, x: 0.5, y: 0.5 };
+  #view = WHOLE;
   #fingers = new Map(); // by pointer: its place, as shares of the frame
 
   constructor(onChange) {
@@ -29,7 +34,8 @@ export class Zoom {
   }
 
   toggle() {
-    this.#put(this.#view.zoom > 1 ? { zoom: 1, x: 0.5, y: 0.5 } : { ...this.#view, zoom: BY_BUTTON });
+    if (this.#view.zoom > 1) this.reset();
+    else this.#put({ ...this.#view, zoom: BY_BUTTON });
   }
 
   /** Zoom by the keys + and -. */
@@ -38,15 +44,14 @@ export class Zoom {
   }
 
   reset() {
-    this.#put({ zoom: 1, x: 0.5, y: 0.5 });
+    this.#put(WHOLE);
   }
 
-  #put({ zoom, x, y }) {
-    const within = Math.min(MOST, Math.max(1, zoom));
-    const half = 0.5 / within;
-    const clamp = (at) => Math.min(1 - half, Math.max(half, at));
-    this.#view = { zoom: within, x: clamp(x), y: clamp(y) };
-    const isZoomed = within > 1;
+  #put(view) {
+    const zoom = within(view.zoom);
+    const half = 0.5 / zoom;
+    this.#view = { zoom, x: clamp(view.x, half, 1 - half), y: clamp(view.y, half, 1 - half) };
+    const isZoomed = zoom > 1;
     this.#frame.classList.toggle("zoomed", isZoomed);
     this.#frame.tabIndex = isZoomed ? 0 : -1;
     this.#button.setAttribute("aria-pressed", isZoomed);
@@ -56,7 +61,7 @@ export class Zoom {
   /** Zoom so that what is seen at a place of the frame stays there. */
   #zoomAt(by, { x, y }) {
     const { zoom } = this.#view;
-    const next = Math.min(MOST, Math.max(1, zoom * by));
+    const next = within(zoom * by);
     const shift = 1 / zoom - 1 / next;
     this.#put({
       zoom: next,
