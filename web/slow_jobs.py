@@ -15,6 +15,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
 from makeup_video.pipeline.errors import StoppedError
+from makeup_video.web.waiting import STOPPING
 
 _NICE = 10
 T = TypeVar("T")
@@ -57,7 +58,7 @@ class SlowJobs:
             return await asyncio.wrap_future(submitted)
         except (asyncio.CancelledError, RuntimeError):
             if self._has_stopped:
-                raise StoppedError("makeup-video is stopping") from None
+                raise StoppedError(STOPPING) from None
             raise
 
     def stop(self) -> None:

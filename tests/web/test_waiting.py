@@ -72,3 +72,15 @@ def test_a_head_of_the_picture_is_answered_without_a_picture():
         answer = httpx.head(f"{url}/picture.png?session=stand-in")
     assert answer.status_code == 200 and answer.headers["content-type"] == "image/png"
     assert "content-length" not in answer.headers and not show.made
+
+
+@pytest.mark.parametrize("path", ["/picture.png", "/portrait-thumbnail", "/camera"])
+def test_a_download_that_a_stop_cuts_off_is_answered_with_503(path):
+    show, answer = Slow(), queue.Queue()
+    with serving(show, SlowJobs()) as url, Page(url):
+        ask = f"{url}{path}?session=stand-in"
+        threading.Thread(target=lambda: answer.put(httpx.get(ask, timeout=20))).start()
+        show.begun.get(timeout=20)
+    cut_off = answer.get(timeout=20)
+    show.go_on.set()
+    assert cut_off.status_code == 503 and "is stopping" in cut_off.json()["error"]
