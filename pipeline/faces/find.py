@@ -8,7 +8,7 @@ from makeup_video.pipeline.faces.face import Face, FrameFaces
 from makeup_video.pipeline.faces.landmarks import (
     FaceLandmarks,
     detect,
-    is_same,
+    hides,
     is_tiny,
     locate,
     to_face,
@@ -80,13 +80,13 @@ def new_faces(
     poses = list(known)
     upside_down = UpsideDown(nets, picture, DETECTOR_SIDES_PX, average)
     for detection in detections:
-        if any(is_same(detection, pose) for pose in poses):
+        if any(hides(pose, detection) for pose in poses):
             continue
         found = locate(nets, picture, detection, average)
         if found is None:
             continue
         found = upside_down.right_way_up(found)
-        if not any(is_same(found.pose, pose) for pose in poses):
+        if not any(hides(pose, found.pose) for pose in poses):
             poses.append(found.pose)
             yield found
 

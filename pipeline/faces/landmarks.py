@@ -164,6 +164,14 @@ def is_same(a: Similarity, b: Similarity) -> bool:
     return apart < (reach if small < ratio * large else _SAME_FACE)
 
 
+def hides(known: Similarity, pose: Similarity) -> bool:
+    """True where a pose is that of a known face, or lies on it. A face that is too small hides no
+    clearly larger one beside it."""
+    _, ratio = _PART_OF_FACE
+    is_larger = iod_of(known) < ratio * iod_of(pose)
+    return is_same(known, pose) and not (is_larger and is_tiny(known))
+
+
 def _around(pose: Similarity) -> list[Similarity]:
     """A slightly smaller and a slightly larger pose about the same centre."""
     middle = middle_of(pose)

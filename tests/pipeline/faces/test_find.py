@@ -60,6 +60,18 @@ def test_a_face_under_forty_pixels_is_skipped_and_counted():
     assert finder.frames_with_face == 0
 
 
+@pytest.mark.parametrize(("width", "beside"), [(60, 0.5), (90, 0.6)])
+def test_a_face_that_is_too_small_hides_no_larger_one(width, beside):
+    dark = face_of(width) // 4  # the detector is surer of the small one
+    tiny = face_of(30)[6:-6, 10:-10]
+    middle_x, middle_y = 200 + dark.shape[1] / 2, 60 + dark.shape[0] / 2
+    x = int(middle_x + beside * width - tiny.shape[1] / 2)
+    picture = put(put(grey(), dark, 200, 60), tiny, x, int(middle_y - tiny.shape[0] / 2))
+    assert len(find_faces(picture)) == 1
+    finder = FindFaces()
+    assert len(finder(frame_of(picture)).faces) == 1 == finder.tiny_faces
+
+
 def test_a_wrong_guess_does_not_hide_the_face_behind_it():
     # at the coarsest size the detector mistakes the uniform for a face
     assert len(find_faces(put(wall(), face_of(150), 200, 20))) == 1
