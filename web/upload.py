@@ -19,9 +19,10 @@ _SILENT_SECONDS = 10  # between two parts: a stalled upload must not keep others
 # A body that is too large is read and discarded up to this size, since a browser that is cut off
 # while it sends never sees the response.
 _THROWN_AWAY = 4 * PHOTO_BYTES
-# Characters that have no place in one line: controls, line ends, direction marks, lone surrogates.
+# Characters that have no place in one line: controls, line ends, direction marks, what has no
+# width, lone surrogates. The joiners (U+200C, U+200D) are parts of words and emoji.
 _UNPRINTABLE = re.compile(
-    "[\x00-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
+    "[\x00-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2060\u2066-\u2069\ufeff\ud800-\udfff]"
 )
 _LONGEST_NAME = 80
 AT_ONCE = 2  # one photo is read while the next one arrives

@@ -25,9 +25,10 @@ async def while_wanted(request: Request, work: Coroutine[Any, Any, T]) -> T:
         await asyncio.wait([working, leaving], return_when=asyncio.FIRST_COMPLETED)
         if not working.done():
             raise HTTPException(400, "the page has given up this request: send it again")
-        return working.result()
     except asyncio.CancelledError:  # by the server, which waits for no request when it stops
         raise StoppedError(STOPPING) from None
+    else:
+        return working.result()
     finally:
         working.cancel()  # on the loop's next turn
         leaving.cancel()

@@ -12,6 +12,7 @@ from makeup_video.cli.console import log, printable
         ("\x1b[31m \x9b \x07", r"\x1b[31m \x9b \x07"),
         ("\u202eright to left\u2066", r"\u202eright to left\u2066"),
         ("a\u200bb\u200e\u200f", r"a\u200bb\u200e\u200f"),
+        ("a\u061cb\u2060c\ufeff", r"a\u061cb\u2060c\ufeff"),
         ("\u0645\u06cc\u200c\u062e, \U0001f469\u200d\U0001f9b0",) * 2,
         ("bad\udcff.jpg", r"bad\udcff.jpg"),
     ],
