@@ -12,8 +12,8 @@
  * - weights: of the product, 0 to 1, for each pixel; those of a coat begin at `first`.
  * - maps: one region after another: luminance of the bare skin without its fine texture, x and y of
  *   the unit normal (z is towards the viewer), how exposed it is, each (grid_high, grid_wide); and
- *   the environment, as material.h takes it. With PAINT_LAYERED then the shares of the layers, (count,
- *   grid_high, grid_wide).
+ *   the environment, as material.h takes it. With PAINT_LAYERED then the shares of the layers,
+ *   (count, grid_high, grid_wide).
  * - rows: the region of each row of blocks.
  * - runs: the run that each work-group paints, RUN x BLOCK_DOWN pixels, counted row by row; runs
  *   without weight are left out.

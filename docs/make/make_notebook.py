@@ -36,7 +36,10 @@ def without_notebook(page: str) -> str:
     """Leave out the paragraph that leads to the notebook. Raises ValueError where there is none."""
     text, count = _OF_NOTEBOOK.subn("", page)
     if count != 1:
-        raise ValueError(f"{count} paragraphs of {PAGE.name} begin with the notebook, not 1")
+        raise ValueError(
+            f'{PAGE.name} must have one paragraph that begins "The same page as a notebook:", '
+            f"got {count}"
+        )
     return text
 
 

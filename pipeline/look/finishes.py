@@ -124,12 +124,12 @@ def product(colour: Collection[float] | str, finish: str, part: str = "lips") ->
     known = parse_finish(finish)
     if part not in PARTS:
         raise UsageError(f"a part is one of {', '.join(PARTS)}, got {part!r}")
-    is_one = "a colour is '#B4002E', a name such as 'darkred', or red, green and blue"
+    wanted = "a colour is '#B4002E', a name such as 'darkred', or red, green and blue"
     if not isinstance(colour, Collection):
-        raise TypeError(f"{is_one}, got {colour!r}")
+        raise TypeError(f"{wanted}, got {colour!r}")
     rgb = rgb_of(colour) if isinstance(colour, str) else colour
     if rgb is None:
-        raise UsageError(f"{is_one}, got {colour!r}{like_a_colour(str(colour))}")
+        raise UsageError(f"{wanted}, got {colour!r}{like_a_colour(str(colour))}")
     if len(rgb) != 3:
         raise UsageError(f"a colour is red, green and blue, got {len(rgb)} numbers")
     red, green, blue = rgb

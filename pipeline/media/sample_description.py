@@ -1,4 +1,4 @@
-"""What an mp4 or mov says of its video besides the pictures that no output can say."""
+"""What an mp4 or mov says of its video, besides the pictures, and no output can say."""
 
 import struct
 from collections.abc import Iterator

@@ -28,6 +28,7 @@ from makeup_video.pipeline.faces.face import Face, FrameFaces
 from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame, coding_of
+from makeup_video.pipeline.render import build_scene
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.luminance_twin import luminances
 from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces, light_on_lid
@@ -168,6 +169,22 @@ def test_taps_are_gaussians_of_the_twins_sigmas(name, sigma):
     bell = np.exp(-(places**2) / (2 * sigma**2))
     np.testing.assert_allclose(taps, bell[len(taps) - 1 :] / bell.sum(), rtol=2e-7)
     assert len(taps) == round(4 * sigma) + 1
+
+
+def test_a_device_with_its_own_memory_makes_the_same(monkeypatch):
+    rgb8, points = close_up(OPEN)
+    item = FrameFaces(frame_of(rgb8), (true_face(points),))
+    made = []
+    for shares in (True, False):
+        device = Device()
+        device.shares_memory = shares
+        monkeypatch.setattr(build_scene, "open_device", lambda _, device=device: device)
+        (scene,) = BuildScene(exclusive=True)(item).faces
+        made.append(lit_of(scene))
+    for one, other in zip(*made, strict=True):
+        np.testing.assert_array_equal(one.shading, other.shading)
+        np.testing.assert_array_equal(one.surface.normals, other.surface.normals)
+        assert one.shading.any() and one.mean == other.mean
 
 
 def test_the_head_of_given_lies_as_its_layout_names_it():

@@ -99,7 +99,7 @@ class DeviceCamera:
     is back.
     dropped: number of pictures that were old when they were read, or that were never fetched,
     counted from the call of `frames` on.
-    damaged: number of packets that could not be decoded; no page and no line shows it.
+    damaged: number of packets that could not be decoded.
     rate: frames per second, as far as the camera declares a rate.
     notice: what the user should know now, "" when all is well.
     path: None, since no file is played.

@@ -66,7 +66,7 @@ class FileCamera:
     """Plays a file: every frame comes when it is due, and carries that time.
 
     dropped: number of frames left out because decoding was late.
-    damaged: number of packets that could not be decoded; no page and no line shows it.
+    damaged: number of packets that could not be decoded.
     rate: frames per second, as far as the file declares a rate.
     size: None, since a file has one size alone.
     turn, zero_seconds: where the file stands, for its sound; see file_sound.Playing.
