@@ -11,7 +11,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def long_clip(tmp_path_factory):
     return make_clip(
         tmp_path_factory.mktemp("long") / "long.mp4", frames=400, size_wh=(640, 360), audio="aac"

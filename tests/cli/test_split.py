@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import shutil
 import signal
 import time
 from pathlib import Path
@@ -15,10 +16,16 @@ from split_films import GROUP, differences
 ARGUMENTS = ("--look", "none", "-o", "out.mp4", "--split", "0.017")
 
 
+@pytest.fixture(scope="module")
+def film(tmp_path_factory):
+    path = tmp_path_factory.mktemp("film") / "in.mp4"
+    return make_clip(path, frames=600, size_wh=(640, 360), options=GROUP)
+
+
 @pytest.fixture
-def src(tmp_path, monkeypatch):
+def src(film, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    return make_clip(tmp_path / "in.mp4", frames=600, size_wh=(640, 360), options=GROUP)
+    return Path(shutil.copy(film, tmp_path))
 
 
 def children_of(process):

@@ -1,5 +1,6 @@
 """Makes the small, unusual media files that the tests use."""
 
+import threading
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -7,7 +8,7 @@ from typing import Any
 
 import av
 import numpy as np
-from av.video.reformatter import ColorRange
+from av.video.reformatter import ColorRange, VideoReformatter
 from makeup_video.pipeline.media.scheduling import open_encoder
 
 ENCODERS = {
@@ -21,6 +22,8 @@ ENCODERS = {
     "mjpeg": ("mjpeg", {"qscale": "3"}),
     "qtrle": ("qtrle", {}),
 }
+# One converter for all pictures: to make another for each takes three times as long as a picture.
+_CONVERTER, _CONVERTING = VideoReformatter(), threading.Lock()
 # The header that FFmpeg's encoders of text subtitles need before the first title.
 ASS_HEADER = b"""[Script Info]
 ScriptType: v4.00+
@@ -36,13 +39,16 @@ Format: Layer, Start, End, Style, Name, MarginL, MarginR, MarginV, Effect, Text
 
 def picture(index: int, width_px: int, height_px: int, pix_fmt: str = "yuv420p") -> av.VideoFrame:
     """A moving picture with detail: frame `index` of an endless clip, in `pix_fmt`."""
-    y, x = np.mgrid[0:height_px, 0:width_px]
+    x, y = np.arange(width_px), np.arange(height_px)[:, None]
     rgb = np.empty((height_px, width_px, 3), np.uint8)
     rgb[..., 0] = (x * 2 + index * 3) % 256
     rgb[..., 1] = (y * 2 + index * 5) % 256
-    rgb[..., 2] = (x + y + index * 7) % 256
+    rgb[..., 2] = (x % 256).astype(np.uint8) + ((y + index * 7) % 256).astype(np.uint8)
     frame = av.VideoFrame.from_ndarray(rgb, format="rgb24")
-    return frame.reformat(format=pix_fmt) if pix_fmt != "rgb24" else frame
+    if pix_fmt == "rgb24":
+        return frame
+    with _CONVERTING:
+        return _CONVERTER.reformat(frame, format=pix_fmt)
 
 
 def damage(path: Path) -> None:
