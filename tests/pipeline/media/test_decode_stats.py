@@ -1,12 +1,11 @@
 """Damaged input: decode what decodes, count and report the damage, never hang."""
 
 import random
-from fractions import Fraction
 
-import av
 import pytest
 from makeup_video.pipeline import process_video
 from media import decoded, make_clip
+from split_films import hidden_frames
 
 
 @pytest.mark.parametrize("end", [".mp4", ".mkv"])
@@ -56,18 +55,7 @@ def test_flipped_bytes_are_survived_counted_and_reported(tmp_path, codec_name, s
 
 def test_frames_hidden_by_an_edit_list_are_no_damage(tmp_path):
     """A stream copy inside a group of pictures: decoding begins before 0, playback at 0."""
-    whole, src = (
-        make_clip(tmp_path / "whole.mp4", frames=90, options={"g": "30"}),
-        tmp_path / "in.mp4",
-    )
-    with av.open(str(whole)) as container, av.open(str(src), "w") as out:
-        stream = out.add_stream_from_template(container.streams.video[0], opaque=True)
-        for packet in container.demux(video=0):
-            if packet.size:
-                packet.pts -= round(Fraction(1, 2) / packet.time_base)
-                packet.dts -= round(Fraction(1, 2) / packet.time_base)
-                packet.stream = stream
-                out.mux(packet)
+    src = hidden_frames(tmp_path / "in.mp4", frames=90, options={"g": "30"})
     shown = len(decoded(src))
     assert shown == 75
     report = process_video(src, tmp_path / "out.mp4")
