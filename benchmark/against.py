@@ -1,4 +1,4 @@
-"""`makeup-video bench --against PYTHON`: two versions of the product in turn on the same film.
+"""`makeup-video bench --against PYTHON`: two versions of the product in turn on the same video.
 
 The other version may be older, so only the command line is shared: each version runs in a process
 of its own, by its own interpreter.
@@ -15,9 +15,9 @@ from statistics import median
 from tempfile import TemporaryFile
 from typing import Any
 
-from makeup_video.benchmark.films import CODEC, CRF, PRESET, Film
 from makeup_video.benchmark.harness import Bench, in_turn, middle
 from makeup_video.benchmark.runs import Run, check_painted, run_command
+from makeup_video.benchmark.videos import CODEC, CRF, PRESET, Video
 from makeup_video.pipeline.errors import UsageError, option
 
 _NAME = "makeup-video"
@@ -115,8 +115,8 @@ def compare_versions(bench: Bench, heights: list[int], other: Version) -> dict[s
     ours = this_version()
     sizes = {}
     for height in heights:
-        film = bench.film(height)
-        sizes[f"{height}p"] = _one_size(bench, film, f"{height}p", ours, other)
+        video = bench.video(height)
+        sizes[f"{height}p"] = _one_size(bench, video, f"{height}p", ours, other)
     return {
         "this": ours.name,
         "other": other.name,
@@ -128,24 +128,26 @@ def compare_versions(bench: Bench, heights: list[int], other: Version) -> dict[s
     }
 
 
-def _one_size(bench: Bench, film: Film, name: str, ours: Version, other: Version) -> dict[str, Any]:
+def _one_size(
+    bench: Bench, video: Video, name: str, ours: Version, other: Version
+) -> dict[str, Any]:
     ran: dict[str, list[Ran]] = {"this": [], "other": []}
 
     def work(side: str, which: Version) -> Run:
-        ran[side].append(_run(bench, film, which))
+        ran[side].append(_run(bench, video, which))
         return ran[side][-1].run
 
     sides = {"this": ours, "other": other}
     for which in sides.values():
         bench.log(f"{name}: {which.name} warms up")
         for _ in range(_WARM_RUNS):
-            _run(bench, film, which, _WARM_WORDS)
+            _run(bench, video, which, _WARM_WORDS)
     runs = in_turn(
         bench, name, {side: partial(work, side, which) for side, which in sides.items()},
         bench.rounds,
     )  # fmt: skip
     return {
-        "film": film.description,
+        "film": video.description,
         **{
             side: {**middle(runs[side]), **{
                 key: _middle_of([getattr(one, key) for one in ran[side]])
@@ -158,13 +160,13 @@ def _one_size(bench: Bench, film: Film, name: str, ours: Version, other: Version
     }  # fmt: skip
 
 
-def _run(bench: Bench, film: Film, which: Version, words: tuple[str, ...] = ()) -> Ran:
-    """Run the command of a version. Raises UsageError when it refuses the film or the look, and
+def _run(bench: Bench, video: Video, which: Version, words: tuple[str, ...] = ()) -> Ran:
+    """Run the command of a version. Raises UsageError when it refuses the video or the look, and
     InputError when it paints too few frames."""
     with TemporaryFile("w+", encoding="utf-8", errors="replace") as stderr:
         try:
             values = run_command(
-                film.path,
+                video.path,
                 bench.folder / "against.mp4",
                 bench.look_words,
                 words=words,
@@ -179,8 +181,8 @@ def _run(bench: Bench, film: Film, which: Version, words: tuple[str, ...] = ()) 
                 f"{_NAME} {which.name} ({which.python}) cannot run what is compared: {reason}"
             ) from error
     if not words:
-        # of the film: a version that loses frames is quick, too
-        check_painted(values.get("painted_frames"), film.frames)
+        # of the video: a version that loses frames is quick, too
+        check_painted(values.get("painted_frames"), video.frames)
     run = Run(values["frames_out"], values["wall_seconds"], values["all_cpu_seconds"])
     peak = values.get("peak_memory_bytes")
     stage_ms = {
@@ -206,7 +208,7 @@ def compare_runs(ours: list[Ran], others: list[Ran]) -> dict[str, dict[str, Any]
 
 
 def compare_stages(ours: list[Ran], others: list[Ran]) -> dict[str, dict[str, Any]]:
-    """What `compare_versions` says of each stage that all runs have, in the order of the film."""
+    """What `compare_versions` says of each stage that all runs have, in the order of the video."""
     found = {}
     for name in ours[0].stage_ms:
         sides = [[_ms_of(name, one) for one in runs] for runs in (ours, others)]

@@ -1,6 +1,6 @@
-"""A bare loop that encodes a film once or several times at once, and prints its peak memory.
+"""A bare loop that encodes a video once or several times at once, and prints its peak memory.
 
-python -m makeup_video.benchmark.encoder_alone FILM FOLDER COUNT
+python -m makeup_video.benchmark.encoder_alone VIDEO FOLDER COUNT
 """
 
 import sys
@@ -10,7 +10,7 @@ from makeup_video.benchmark.runs import transcode
 from makeup_video.pipeline.engine.machine import peak_memory_bytes
 
 if __name__ == "__main__":
-    film, folder, count = sys.argv[1:]
+    video, folder, count = sys.argv[1:]
     targets = [Path(folder) / f"alone{number}.mp4" for number in range(int(count))]
-    transcode(Path(film), targets, (0, 0))
+    transcode(Path(video), targets, (0, 0))
     print(peak_memory_bytes())

@@ -15,8 +15,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from makeup_video.benchmark.films import frame_of, pictures
 from makeup_video.benchmark.runs import run_bare, time_run
+from makeup_video.benchmark.videos import frame_of, pictures
 from makeup_video.pipeline.faces.net import Net
 from makeup_video.pipeline.faces.nets import FaceNets
 from makeup_video.pipeline.faces.tracker import FindFaces

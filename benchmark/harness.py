@@ -6,8 +6,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from makeup_video.benchmark.films import RATE, Film, make_film
 from makeup_video.benchmark.runs import Run
+from makeup_video.benchmark.videos import RATE, Video, make_video
 from makeup_video.pipeline import Look, UsageError
 from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.media.codecs import PLAYS_EVERYWHERE
@@ -21,12 +21,12 @@ BARE_THREADS = ((0, 0), (1, 2), (2, 3), (2, 4))
 class Bench:
     """What to measure with. Raises UsageError for a look that paints nothing.
 
-    source: the clip that the films are made from.  folder: for films and outputs.
+    source: the clip that the videos are made from.  folder: for videos and outputs.
     look: what is painted.  photo: what the look was read from, None for a look file; the command
-    that is measured in its own process reads it, too.  seconds: length of a film.  log: gets a line
-    for each step.  child_stderr: a file descriptor for errors of child processes, None for ours.
-    look_file: the file that the look was read from, if any: an older version may not read a file
-    that this version writes.
+    that is measured in its own process reads it, too.  seconds: length of a video.  log: gets a
+    line for each step.  child_stderr: a file descriptor for errors of child processes, None for
+    ours.  look_file: the file that the look was read from, if any: an older version may not read a
+    file that this version writes.
     look_words: the options that give the command this look.
     """
 
@@ -55,12 +55,12 @@ class Bench:
             self.look.save(self.look_file)
         self.look_words = "--look", str(self.look_file)
 
-    def film(self, height_px: int, seconds: float | None = None, **options: Any) -> Film:
-        """The film to measure with, at a height; options: those of make_film."""
+    def video(self, height_px: int, seconds: float | None = None, **options: Any) -> Video:
+        """The video to measure with, at a height; options: those of make_video."""
         self.log(f"{height_px}p: making the video")
         frames = round((seconds or self.seconds) * RATE)
-        target = self.folder / f"film{height_px}.mp4"
-        return make_film(self.source, target, height_px, frames, as_is=self.as_is, **options)
+        target = self.folder / f"video{height_px}.mp4"
+        return make_video(self.source, target, height_px, frames, as_is=self.as_is, **options)
 
 
 def in_turn(
@@ -104,10 +104,10 @@ def beside(runs: list[Run], bare: list[Run], codec: list[Run] | None = None) -> 
     }
 
 
-def own_threads(film: Film | None = None) -> tuple[int, int]:
-    """Threads of decoder and encoder as the product chooses them for a film; 0: FFmpeg chooses.
+def own_threads(video: Video | None = None) -> tuple[int, int]:
+    """Threads of decoder and encoder as the product chooses them for a video; 0: FFmpeg chooses.
 
     None: for one of at most 1440p.
     """
-    frame_px = film.size_wh[0] * film.size_wh[1] if film else 0
+    frame_px = video.size_wh[0] * video.size_wh[1] if video else 0
     return decoder_threads(), encoder_threads(PLAYS_EVERYWHERE, frame_px)

@@ -1,6 +1,6 @@
 """`makeup-video bench --live`: how late and how steadily a camera's picture reaches a page.
 
-A film plays in real time as the camera, in a process of its own with the page's server
+A video plays in real time as the camera, in a process of its own with the page's server
 (live_process.py). A viewer in another process (live_viewer.py) takes every picture. The latency of
 a frame is the time from its arrival to its painted picture in the viewer's hands. Each size is
 played twice: the page of the same machine gets JPEG, that of another one H.264. On request the
@@ -16,8 +16,8 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from makeup_video.benchmark.films import RATE, repeat_film
 from makeup_video.benchmark.runs import check_painted
+from makeup_video.benchmark.videos import RATE, repeat_video
 from makeup_video.pipeline.errors import OutputError, option
 
 if TYPE_CHECKING:
@@ -43,27 +43,27 @@ def measure_live(
     seconds = (60 * minutes or bench.seconds) + WARM_SECONDS
     sizes = {}
     for height in heights:
-        made = bench.film(height, min(seconds, bench.seconds), loops=True)
+        made = bench.video(height, min(seconds, bench.seconds), loops=True)
         times = math.ceil(seconds * RATE / made.frames)
-        film = repeat_film(made.path, bench.folder / f"live{height}.mp4", times)
+        video = repeat_video(made.path, bench.folder / f"live{height}.mp4", times)
         for viewer, by in VIEWERS.items():
             if viewer == "live_browser" and not chromium:
                 continue
             for kind, words in KINDS.items():
                 size = f"{height}p{words}{by}"
                 bench.log(f"{size}: {made.frames * times / RATE:.0f} s live")
-                played = _play(bench, film, made.frames * times, kind, viewer)
+                played = _play(bench, video, made.frames * times, kind, viewer)
                 sizes[size] = {"film": made.description, **played}
-        film.unlink()
+        video.unlink()
     return {"sizes": sizes}
 
 
-def _play(bench: "Bench", film: Path, frames: int, kind: str, viewer: str) -> dict[str, Any]:
+def _play(bench: "Bench", video: Path, frames: int, kind: str, viewer: str) -> dict[str, Any]:
     with TemporaryDirectory(dir=bench.folder) as name:
         folder = Path(name)
         bench.look.save(folder / "look.json")
         command = [sys.executable, "-m", "makeup_video.benchmark.live_process"]
-        command += [str(film), str(folder / "look.json"), str(folder), kind, viewer]
+        command += [str(video), str(folder / "look.json"), str(folder), kind, viewer]
         result = subprocess.run(
             command, check=True, stdout=subprocess.PIPE, stderr=bench.child_stderr
         ).stdout
@@ -162,7 +162,7 @@ def _spread(ms: np.ndarray) -> dict[str, float]:
 
 
 def _process(samples: np.ndarray, began: float, last: float, frames: int) -> dict[str, Any]:
-    """CPU time and memory of the process: all but the viewer and the making of the film."""
+    """CPU time and memory of the process: all but the viewer and the making of the video."""
     seconds, memory_mb, cpu = samples.T
     first, end = np.interp((began, last), seconds, cpu)
     early, late = np.interp((min(began + ENDS_SECONDS, last), last), seconds, memory_mb)

@@ -1,6 +1,6 @@
 """A measured live run in a process of its own: a file as camera, the page's server, and one viewer.
 
-    python -m makeup_video.benchmark.live_process FILM LOOK.json FOLDER jpeg|h264 live_viewer
+    python -m makeup_video.benchmark.live_process VIDEO LOOK.json FOLDER jpeg|h264 live_viewer
 
 The last argument may be live_browser, the page in Chromium. Writes frames.npy, samples.npy and
 viewed.npy into the folder, and prints the other figures as JSON.
@@ -110,13 +110,13 @@ class LoggedPreview(PreviewSink):
         self._frame_log.note(picture.frame, "preview", began, time.monotonic())
 
 
-def run(film: Path, look: Look, folder: Path, kind: str, viewer: str) -> dict[str, Any]:
-    """Play the film once, from beginning to end.
+def run(video: Path, look: Look, folder: Path, kind: str, viewer: str) -> dict[str, Any]:
+    """Play the video once, from beginning to end.
 
     kind: of the pictures, "jpeg" or "h264".  viewer: the module that watches.
     """
-    frame_log = FrameLog(_count_frames(film))
-    camera = LoggedCamera(open_source(CameraSettings(name=str(film)), log=_log_line), frame_log)
+    frame_log = FrameLog(_count_frames(video))
+    camera = LoggedCamera(open_source(CameraSettings(name=str(video)), log=_log_line), frame_log)
     sink = LoggedPreview(frame_log)
     live = LiveRun(camera, look, [sink], log=_log_line, observe=frame_log.observe)
     samples: list[list[float]] = []
@@ -167,10 +167,10 @@ def _memory_and_cpu() -> tuple[float, float]:
     return math.nan if size_mb is None else size_mb, time.process_time()
 
 
-def _count_frames(film: Path) -> int:
+def _count_frames(video: Path) -> int:
     import av
 
-    with av.open(str(film)) as container:
+    with av.open(str(video)) as container:
         return min(container.streams.video[0].frames or _MOST_FRAMES, _MOST_FRAMES)
 
 

@@ -1,4 +1,4 @@
-"""What a second and each further look of one film costs, beside runs of their own."""
+"""What a second and each further look of one video costs, beside runs of their own."""
 
 import json
 import subprocess
@@ -10,7 +10,6 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from makeup_video.benchmark.films import CRF, PRESET, Film, frame_of, pictures
 from makeup_video.benchmark.harness import Bench, in_turn, middle
 from makeup_video.benchmark.runs import (
     SETTINGS,
@@ -19,6 +18,7 @@ from makeup_video.benchmark.runs import (
     run_product,
     time_run,
 )
+from makeup_video.benchmark.videos import CRF, PRESET, Video, frame_of, pictures
 from makeup_video.pipeline import MakeupVideoError, process_looks
 from makeup_video.pipeline.engine.machine import one_opencv_thread
 from makeup_video.pipeline.engine.runner import Runner
@@ -29,8 +29,8 @@ from makeup_video.pipeline.render.build_scene import BuildScene
 _MOST_ROUNDS = 3  # enough for a row of a table
 
 
-def by_looks(bench: Bench, film: Film, count: int) -> dict[str, Any]:
-    """The cost of `count` looks of one film: in one run, and in runs of their own.
+def by_looks(bench: Bench, video: Video, count: int) -> dict[str, Any]:
+    """The cost of `count` looks of one video: in one run, and in runs of their own.
 
     shared: a run without painting and encoding. one: the whole product with one look.
     own_cpu_ms: what painting and encoding one look take a frame: one run less what is shared.
@@ -40,10 +40,10 @@ def by_looks(bench: Bench, film: Film, count: int) -> dict[str, Any]:
     """
     targets = [bench.folder / f"look{number}.mp4" for number in range(count)]
     work: dict[str, Callable[[], Run]] = {
-        "shared": partial(_shared, film.path),
-        "one": lambda: run_product(film.path, targets[0], bench.look)[0],
-        "many": partial(_many, bench, film.path, targets),
-        "separate": partial(_separate, bench, film.path, targets),
+        "shared": partial(_shared, video.path),
+        "one": lambda: run_product(video.path, targets[0], bench.look)[0],
+        "many": partial(_many, bench, video.path, targets),
+        "separate": partial(_separate, bench, video.path, targets),
     }
     runs = in_turn(bench, f"{count} looks", work, min(bench.rounds, _MOST_ROUNDS))
     own = [a.cpu_ms_per_frame - b.cpu_ms_per_frame
@@ -59,7 +59,7 @@ def by_looks(bench: Bench, film: Film, count: int) -> dict[str, Any]:
         "further_cpu_ms": median(further),
         "further_by_own": median(further) / median(own),
         "many_by_separate": seconds["many"] / seconds["separate"],
-        "memory_mb": _memory(bench, film.path, targets),
+        "memory_mb": _memory(bench, video.path, targets),
     }
 
 
@@ -76,14 +76,14 @@ class _Nothing:
         pass
 
 
-def _shared(film: Path) -> Run:
+def _shared(video: Path) -> Run:
     """Decoding, finding faces, smoothing and reading the scene, which all looks share."""
 
     def work() -> int:
         sink = _Nothing()
-        with closing(open_video(film)) as source:
+        with closing(open_video(video)) as source:
             stages = FaceRun(lambda: [("scene", BuildScene())], paints=False)(source)
-        frames = (frame_of(picture) for picture in pictures(film))
+        frames = (frame_of(picture) for picture in pictures(video))
         with one_opencv_thread():
             Runner(("decode", frames), stages, ("nothing", sink)).run()
         return sink.items
@@ -91,10 +91,10 @@ def _shared(film: Path) -> Run:
     return time_run(work)
 
 
-def _many(bench: Bench, film: Path, targets: list[Path]) -> Run:
+def _many(bench: Bench, video: Path, targets: list[Path]) -> Run:
     def work() -> int:
         frames = 0
-        done = process_looks(film, dict.fromkeys(targets, bench.look), SETTINGS)
+        done = process_looks(video, dict.fromkeys(targets, bench.look), SETTINGS)
         for report in done.values():
             if isinstance(report, MakeupVideoError):
                 raise report
@@ -105,31 +105,31 @@ def _many(bench: Bench, film: Path, targets: list[Path]) -> Run:
     return time_run(work)
 
 
-def _separate(bench: Bench, film: Path, targets: list[Path]) -> Run:
+def _separate(bench: Bench, video: Path, targets: list[Path]) -> Run:
     def work() -> int:
-        frames = [run_product(film, target, bench.look)[0].frames for target in targets]
+        frames = [run_product(video, target, bench.look)[0].frames for target in targets]
         return frames[0]
 
     return time_run(work)
 
 
-def _memory(bench: Bench, film: Path, targets: list[Path]) -> dict[str, float]:
+def _memory(bench: Bench, video: Path, targets: list[Path]) -> dict[str, float]:
     """Peak memory in processes of their own, MB.
 
     one, many: the command with one look and with all of them.  further: what each further look
     adds.  encoder: what a second encoder adds to a bare loop.
     """
     bench.log(f"{len(targets)} looks: memory")
-    one, many = (_command(bench, film, len(some)) for some in (targets[:1], targets))
-    once, twice = (_alone(film, bench.folder, count) for count in (1, 2))
+    one, many = (_command(bench, video, len(some)) for some in (targets[:1], targets))
+    once, twice = (_alone(video, bench.folder, count) for count in (1, 2))
     further = (many - one) / (len(targets) - 1)
     return {"one": one, "many": many, "further": further, "encoder": twice - once}
 
 
-def _command(bench: Bench, film: Path, count: int) -> float:
+def _command(bench: Bench, video: Path, count: int) -> float:
     """The peak memory of the command with so many looks, in MB."""
     report = bench.folder / "looks.json"
-    words = [sys.executable, "-m", "makeup_video.cli", str(film), "-q", "-y"]
+    words = [sys.executable, "-m", "makeup_video.cli", str(video), "-q", "-y"]
     words += [*bench.look_words * count, "--report", str(report)]
     words += ["-o", str(bench.folder / "of-{look}.mp4")]
     words += ["--codec", "h264", "--preset", PRESET, "--crf", str(CRF)]
@@ -139,9 +139,9 @@ def _command(bench: Bench, film: Path, count: int) -> float:
     return float(first["peak_memory_bytes"]) / 1e6
 
 
-def _alone(film: Path, folder: Path, encoders: int) -> float:
+def _alone(video: Path, folder: Path, encoders: int) -> float:
     """The peak memory of a bare loop with so many encoders, in MB."""
     words = [sys.executable, "-m", "makeup_video.benchmark.encoder_alone"]
-    words += [str(film), str(folder), str(encoders)]
+    words += [str(video), str(folder), str(encoders)]
     done = subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True)
     return int(done.stdout) / 1e6

@@ -15,7 +15,7 @@ from statistics import mean, median
 from typing import Any
 
 import numpy as np
-from makeup_video.benchmark.films import frame_of, pictures
+from makeup_video.benchmark.videos import frame_of, pictures
 from makeup_video.kernels.program import Device
 from makeup_video.pipeline.engine.machine import one_opencv_thread
 from makeup_video.pipeline.faces.face import Face, FrameFaces

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import av
-from makeup_video.benchmark.films import CODEC, CRF, LIKE_A_FILM, PRESET
+from makeup_video.benchmark.videos import CODEC, CRF, PRESET, X264_OPTIONS
 from makeup_video.pipeline import (
     InputError,
     InstallError,
@@ -63,7 +63,7 @@ def run_bare(source: Path, target: Path, threads: tuple[int, int]) -> Run:
 
 
 def transcode(source: Path, targets: Sequence[Path], threads: tuple[int, int]) -> int:
-    """Decode a film and encode it once for each target, all at the same time."""
+    """Decode a video and encode it once for each target, all at the same time."""
     frames = 0
     with av.open(str(source)) as container, ExitStack() as stack:
         video = container.streams.video[0]
@@ -71,7 +71,7 @@ def transcode(source: Path, targets: Sequence[Path], threads: tuple[int, int]) -
         outs = [stack.enter_context(av.open(str(target), "w")) for target in targets]
         streams: list[Any] = []
         for out in outs:
-            stream: Any = out.add_stream(CODEC, rate=video.average_rate, options=LIKE_A_FILM)
+            stream: Any = out.add_stream(CODEC, rate=video.average_rate, options=X264_OPTIONS)
             stream.width, stream.height, stream.pix_fmt = video.width, video.height, video.pix_fmt
             stream.codec_context.time_base = video.time_base
             stream.codec_context.thread_count = threads[1]

@@ -1,4 +1,4 @@
-"""How the cost grows with faces, with threads and with the length of the film."""
+"""How the cost grows with faces, with threads and with the length of the video."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,9 +7,9 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from makeup_video.benchmark.films import RATE, Film, first_frames, repeat_film, tile
 from makeup_video.benchmark.harness import BARE_THREADS, Bench, beside, in_turn, middle, own_threads
 from makeup_video.benchmark.runs import SETTINGS, Run, run_bare, run_command, run_product
+from makeup_video.benchmark.videos import RATE, Video, first_frames, repeat_video, tile
 from makeup_video.pipeline.errors import UsageError, option
 
 # threads of (decoder, encoder, stages), 0 = FFmpeg's own choice; the product itself chooses the
@@ -28,19 +28,19 @@ def by_faces(bench: Bench, height_px: int) -> dict[str, Any]:
     """
     columns, rows = _GRID
     height, width = height_px // rows // 2 * 2, height_px * 16 // 9 // columns // 2 * 2
-    made = bench.film(height, bench.seconds / 2, width_px=width)
+    made = bench.video(height, bench.seconds / 2, width_px=width)
     if made.faces > 1:
         raise UsageError(
             f"{option('faces')} needs a clip of one face, {bench.source} shows {made.faces}"
         )
-    films = {count: bench.folder / f"faces{count}.mp4" for count in FACES}
-    for count, film in films.items():
-        tile(made.path, film, count, _GRID)
+    videos = {count: bench.folder / f"faces{count}.mp4" for count in FACES}
+    for count, video in videos.items():
+        tile(made.path, video, count, _GRID)
     target, table = bench.folder / "bare.mp4", {}
-    for count, film in films.items():
+    for count, video in videos.items():
         work = {
-            "bare": partial(run_bare, film, target, own_threads()),
-            "product": partial(_painted_run, bench, film),
+            "bare": partial(run_bare, video, target, own_threads()),
+            "product": partial(_painted_run, bench, video),
         }
         runs = in_turn(bench, f"{count} faces", work, min(bench.rounds, _FEW_ROUNDS))
         table[str(count)] = {
@@ -56,10 +56,10 @@ def by_faces(bench: Bench, height_px: int) -> dict[str, Any]:
     }
 
 
-def by_threads(bench: Bench, film: Film, name: str) -> dict[str, Any]:
+def by_threads(bench: Bench, video: Video, name: str) -> dict[str, Any]:
     """Frames/s by the threads of the codecs and the stages, and by those of PoCL, in turn."""
     short = bench.folder / "threads.mp4"
-    first_frames(film.path, short, film.frames // 2)
+    first_frames(video.path, short, video.frames // 2)
     target = bench.folder / "ours.mp4"
 
     def with_pocl_threads(threads: int) -> Run:
@@ -84,16 +84,16 @@ def by_threads(bench: Bench, film: Film, name: str) -> dict[str, Any]:
     return {"settings": table, "best": max(ours, key=lambda label: ours[label])}
 
 
-def _painted_run(bench: Bench, film: Path) -> Run:
-    return run_product(film, bench.folder / "ours.mp4", bench.look)[0]
+def _painted_run(bench: Bench, video: Path) -> Run:
+    return run_product(video, bench.folder / "ours.mp4", bench.look)[0]
 
 
-def _run_with_threads(bench: Bench, film: Path, decoder: int, encoder: int, stages: int) -> Run:
+def _run_with_threads(bench: Bench, video: Path, decoder: int, encoder: int, stages: int) -> Run:
     """The product with other threads than it chooses; 0: FFmpeg chooses."""
     settings = replace(
         SETTINGS, decoder_threads=decoder, encoder_threads=encoder, stage_threads=stages
     )
-    return run_product(film, bench.folder / "ours.mp4", bench.look, settings)[0]
+    return run_product(video, bench.folder / "ours.mp4", bench.look, settings)[0]
 
 
 def _codecs(decoder: int, encoder: int) -> str:
@@ -101,18 +101,18 @@ def _codecs(decoder: int, encoder: int) -> str:
 
 
 def over_length(bench: Bench, height_px: int, minutes: float) -> dict[str, Any]:
-    """The real command on a film of this length: its speed, and its memory over time.
+    """The real command on a video of this length: its speed, and its memory over time.
 
     memory: [[seconds, MB], ...].  growth: memory in the last tenth of the run by that in the third
     tenth.
     """
-    made = bench.film(height_px, loops=True)
+    made = bench.video(height_px, loops=True)
     times = max(1, round(minutes * 60 * RATE / made.frames))
-    film = repeat_film(made.path, bench.folder / "long.mp4", times)
+    video = repeat_video(made.path, bench.folder / "long.mp4", times)
     bench.log(f"{height_px}p: {times * made.frames / RATE / 60:.1f} minutes of video")
     every = max(0.1, minutes * 60 / 5 / _MEMORY_SAMPLES)
     values = run_command(
-        film,
+        video,
         bench.folder / "long-ours.mp4",
         bench.look_words,
         sample_seconds=every,

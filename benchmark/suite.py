@@ -15,11 +15,11 @@ _PAINTED_ROUNDS, _PAINTED_FRAMES = 3, 120  # enough for a median
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Extras:
-    """What is measured beside the film itself.
+    """What is measured beside the video itself.
 
     renderer: painting by itself, and the floor.  faces: the cost by number of faces.  threads:
-    other numbers of threads.  minutes: length of a long film, 0 for none.  looks: so many looks of
-    one film, 0 for none.  chromium: the page of a live run in Chromium.
+    other numbers of threads.  minutes: length of a long video, 0 for none.  looks: so many looks of
+    one video, 0 for none.  chromium: the page of a live run in Chromium.
     """
 
     renderer: bool = True
@@ -171,8 +171,8 @@ def run_suite(
 
 def measure(bench: "Bench", heights: list[int], *, renderer: bool) -> dict[str, Any]:
     """What every run of the command measures, by size."""
-    from makeup_video.benchmark.film_costs import compare, own_process
-    from makeup_video.benchmark.films import CODEC, CRF, PRESET
+    from makeup_video.benchmark.video_costs import compare, own_process
+    from makeup_video.benchmark.videos import CODEC, CRF, PRESET
 
     results: dict[str, Any] = {
         "clip": bench.source.name,
@@ -183,23 +183,23 @@ def measure(bench: "Bench", heights: list[int], *, renderer: bool) -> dict[str, 
     }
     for height in heights:
         name = f"{height}p"
-        film = bench.film(height)
-        row = compare(bench, film, name) | own_process(bench, film, name)
+        video = bench.video(height)
+        row = compare(bench, video, name) | own_process(bench, video, name)
         if renderer:
-            row |= _painting(bench, film.path, name, row["product"]["not_codec_cpu_ms"])
+            row |= _painting(bench, video.path, name, row["product"]["not_codec_cpu_ms"])
         results["sizes"][name] = row
     return results
 
 
-def _painting(bench: "Bench", film: Path, name: str, measured_ms: float) -> dict[str, Any]:
+def _painting(bench: "Bench", video: Path, name: str, measured_ms: float) -> dict[str, Any]:
     """The renderer by itself with a look that has everything; the floor of the painted look."""
-    from makeup_video.benchmark.films import first_frames
     from makeup_video.benchmark.floor import floor_of
     from makeup_video.benchmark.renderer import find_in, kernel_alone, paint_costs
+    from makeup_video.benchmark.videos import first_frames
 
     bench.log(f"{name}: painting by itself")
     short = bench.folder / "painted.mkv"
-    first_frames(film, short, _PAINTED_FRAMES)
+    first_frames(video, short, _PAINTED_FRAMES)
     costs = paint_costs(short, min(bench.rounds, _PAINTED_ROUNDS))
     bench.log(f"{name}: the floor")
     kernel = kernel_alone(short, find_in(short), bench.look)
@@ -215,13 +215,13 @@ def measure_scaling(bench: "Bench", height_px: int, extras: Extras) -> dict[str,
     if extras.faces:
         results["faces"] = by_faces(bench, height_px)
     if extras.threads:
-        film = bench.film(height_px)
-        results["threads"] = {"size": f"{height_px}p", **by_threads(bench, film, "threads")}
+        video = bench.video(height_px)
+        results["threads"] = {"size": f"{height_px}p", **by_threads(bench, video, "threads")}
     if extras.looks:
         from makeup_video.benchmark.many import by_looks
 
-        film = bench.film(height_px)
-        results["looks"] = {"size": f"{height_px}p", **by_looks(bench, film, extras.looks)}
+        video = bench.video(height_px)
+        results["looks"] = {"size": f"{height_px}p", **by_looks(bench, video, extras.looks)}
     if extras.minutes:
         length = over_length(bench, height_px, extras.minutes)
         results["length"] = {"size": f"{height_px}p", **length}

@@ -7,9 +7,9 @@ from typing import Annotated, Any
 import typer
 from makeup_video.cli.console import ResultText, child_stderr, print_result
 from makeup_video.cli.options import (
-    FILM,
     MEASUREMENTS,
     OUTPUT,
+    VIDEO,
     Debug,
     PrintJson,
     RefPhoto,
@@ -33,14 +33,14 @@ def bench(
     look: SavedLook = None,
     sizes: Annotated[
         str,
-        typer.Option(metavar="SIZES", help="Heights to scale CLIP to.", rich_help_panel=FILM),
+        typer.Option(metavar="SIZES", help="Heights to scale CLIP to.", rich_help_panel=VIDEO),
     ] = "720p,1080p",
     seconds: Annotated[
         float,
         typer.Option(
             metavar="S",
             help="Length of the video: CLIP is played forwards and backwards.",
-            rich_help_panel=FILM,
+            rich_help_panel=VIDEO,
         ),
     ] = 20.0,
     as_is: Annotated[
@@ -48,7 +48,7 @@ def bench(
         typer.Option(
             "--as-is",
             help="Only scale CLIP; do not crop its one face to half the height.",
-            rich_help_panel=FILM,
+            rich_help_panel=VIDEO,
         ),
     ] = False,
     rounds: Annotated[

@@ -21,10 +21,10 @@ def titled(on_progress: Any, source: str, names: Mapping[Path, str]) -> "LooksPr
     """
     if on_progress is None:
         return None
-    film = Path(source).name
+    video = Path(source).name
 
     def tick(outputs: Sequence[Path], *figures: Any) -> None:
-        on_progress(*figures, title=f"{film}: {some_of([names[one] for one in outputs])}")
+        on_progress(*figures, title=f"{video}: {some_of([names[one] for one in outputs])}")
 
     return tick
 

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 PROGRAM, DEFAULT = "makeup-video", "apply"  # the default command needs no name
 
 # Groups of options in the help, in the order in which a page lists them.
-LOOK, FACES, CAMERA, FILM, MEASUREMENTS = "Look", "Faces", "Camera", "Video", "Measurements"
+LOOK, FACES, CAMERA, VIDEO, MEASUREMENTS = "Look", "Faces", "Camera", "Video", "Measurements"
 OUTPUT, PAGE, RUN = "Output", "Page", "Run"
-GROUPS = (LOOK, FACES, CAMERA, FILM, MEASUREMENTS, OUTPUT, PAGE, RUN)
+GROUPS = (LOOK, FACES, CAMERA, VIDEO, MEASUREMENTS, OUTPUT, PAGE, RUN)
 
 PORT = 8760
 COLOUR = "COLOUR"  # begins the metavar of every option that takes one

@@ -22,7 +22,7 @@ CHART_ROWS, CHART_HEIGHT = 64, 3
 _ROWS = CHART_ROWS * CHART_HEIGHT + 1
 FAINTEST = 1 / 512  # a fainter density changes no code
 _EYES = 2
-KEPT = 16  # charts of lids that unfold, of one look: a film may be painted in forty looks
+KEPT = 16  # charts of lids that unfold, of one look: a video may be painted in forty looks
 _LOWER = -1  # the key of the chart below an eye, beside those of lids that unfold so far
 _ONE = 2**16 - 1  # a density of 1 on the device's charts, so that they stay in a near cache
 

@@ -14,7 +14,7 @@ from makeup_video.pipeline import Settings, process_video, ready_look
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.surfaces.eyes import BothEyes
-from people import film
+from people import write_video
 from work import measure_work
 
 SAMPLE = Path(__file__).parents[1] / "samples" / "in.mp4"
@@ -52,7 +52,7 @@ def test_in_a_larger_frame_only_pixels_cost_more(work, tmp_path):
             picture.reformat(2560, 1440, format="rgb24").to_ndarray()
             for picture, _ in zip(box.decode(video=0), range(FRAMES), strict=False)
         ]
-    clip = film(tmp_path / "larger.mkv", larger)
+    clip = write_video(tmp_path / "larger.mkv", larger)
     more = measure_work(clip, full_look(), FRAMES)
     for name in ("net_runs", "kernels_launched", "calls"):
         assert more[name] <= 1.1 * work[name]

@@ -84,8 +84,8 @@ def _shot(page: Any) -> np.ndarray:
 @contextmanager
 def _live() -> Iterator[str]:
     """Run `makeup-video live` while the block runs, and yield the address of the page."""
-    film = str(sheet.SAMPLES / "in.mp4")
-    command = [sys.executable, "-m", "makeup_video", "live", "--camera", film, "--loop"]
+    video = str(sheet.SAMPLES / "in.mp4")
+    command = [sys.executable, "-m", "makeup_video", "live", "--camera", video, "--loop"]
     process = subprocess.Popen(
         [*command, "--port", "0", "--no-browser"], stderr=subprocess.PIPE, text=True
     )

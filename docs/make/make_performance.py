@@ -56,15 +56,15 @@ class Measurements:
         bench, rows = self.bench(), {}
         target = self.folder / "out.mp4"
         for height in heights_of(self.options.resolutions):
-            film = bench.film(height, self.options.seconds / 2)
+            video = bench.video(height, self.options.seconds / 2)
             work: dict[str, Callable[[], Run]] = {
-                "bare": partial(run_bare, film.path, target, own_threads(film)),
-                "product": lambda film=film: run_product(film.path, target, self.look)[0],
+                "bare": partial(run_bare, video.path, target, own_threads(video)),
+                "product": lambda video=video: run_product(video.path, target, self.look)[0],
             }
             runs = in_turn(bench, f"{height}p", work, bench.rounds)
             bare, product = runs["bare"], runs["product"]
             rows[f"{height}p"] = {
-                "px": film.size_wh[0] * film.size_wh[1],
+                "px": video.size_wh[0] * video.size_wh[1],
                 "bare": middle(bare),
                 "product": {**middle(product), **beside(product, bare)},
             }
@@ -75,7 +75,7 @@ class Measurements:
 
     def threads(self) -> dict[str, Any]:
         bench = self.bench()
-        return {"size": "720p", **by_threads(bench, bench.film(720), "threads")}
+        return {"size": "720p", **by_threads(bench, bench.video(720), "threads")}
 
     def length(self) -> list[dict[str, Any]]:
         minutes = [*LENGTHS_MINUTES, *([AN_HOUR] if self.options.hour else [])]

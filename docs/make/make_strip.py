@@ -21,11 +21,11 @@ _FACE: sheet.What = ((4, 33, 263), 2.1)
 
 def draw() -> np.ndarray:
     """Draw the strip, (H, W, 3) uint8, with the settings of the README's command."""
-    photo, film = sheet.SAMPLES / "look.jpg", sheet.SAMPLES / "in.mp4"
+    photo, video = sheet.SAMPLES / "look.jpg", sheet.SAMPLES / "in.mp4"
     with tempfile.TemporaryDirectory() as folder:
         painted = Path(folder) / "out.mp4"
-        process_video(film, painted, look_from_photo(photo))
-        before, after = (list(_faces(path)) for path in (film, painted))
+        process_video(video, painted, look_from_photo(photo))
+        before, after = (list(_faces(path)) for path in (video, painted))
     reference = sheet.Scene(sheet.read(photo)).closeup(Look(), _FACE, _SIZE_WH)
     frames = np.vstack([np.hstack(before), np.hstack(after)])
     half = _SIZE_WH[1] // 2

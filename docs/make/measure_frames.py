@@ -31,29 +31,29 @@ def cpu_ms(painted: Iterator[object]) -> float:
     return 1000 * (time.process_time() - began) / count
 
 
-def stages_ms(film: str, look: object) -> float:
+def stages_ms(video: str, look: object) -> float:
     """CPU ms a frame of the stages that do what paint_frames does, within process_video."""
     cost: dict[str, list[float]] = defaultdict(list)
     settings = Settings(observe=lambda name, wall, cpu: cost[name].append(cpu), overwrite=True)
     with tempfile.TemporaryDirectory() as folder:
-        process_video(film, Path(folder) / "out.mp4", look, settings)
+        process_video(video, Path(folder) / "out.mp4", look, settings)
     return 1000 * sum(float(np.mean(cost[name][_FIRST:])) for name in _STAGES)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("film", metavar="VIDEO", nargs="?", default="samples/in.mp4")
+    parser.add_argument("video", metavar="VIDEO", nargs="?", default="samples/in.mp4")
     parser.add_argument("rounds", metavar="ROUNDS", nargs="?", type=int, default=3)
     options = parser.parse_args()
-    film = options.film
+    video = options.video
     look = ready_look("smoky-brown").look
-    with av.open(film) as source:
+    with av.open(video) as source:
         decoded = zip(source.decode(video=0), range(_FRAMES), strict=False)
         frames = [frame.to_ndarray(format="rgb24") for frame, _ in decoded]
     found = defaultdict(list)
     for _ in range(options.rounds):
         painter = Painter(look)
-        found["stages of process_video"].append(stages_ms(film, look))
+        found["stages of process_video"].append(stages_ms(video, look))
         found["paint_frames"].append(cpu_ms(paint_frames(frames, look)))
         found["Painter"].append(cpu_ms(painter(one, at / 30) for at, one in enumerate(frames)))
         found["conversion"].append(cpu_ms(RgbFrame(one, 0).painted() for one in frames))

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from makeup_video.benchmark.films import frame_of, make_film, pictures
 from makeup_video.benchmark.renderer import full_look
+from makeup_video.benchmark.videos import frame_of, make_video, pictures
 from makeup_video.pipeline.engine.quality import QualityLevel
 from makeup_video.pipeline.faces.face import FrameFaces
 from makeup_video.pipeline.faces.topology import EYE, EYE_CORNERS, LIPS, RIGHT_EYE
@@ -82,11 +82,11 @@ class Level:
 Shown = tuple[FrameFaces, np.ndarray]
 
 
-def measure(film: Path) -> list[Level]:
+def measure(video: Path) -> list[Level]:
     """Run all levels on a video, frame by frame, and return them with their results."""
     levels = [Level(number) for number in QualityLevel]
-    films = (pictures(film) for _ in range(len(levels) + 1))
-    for number, pictures_now in enumerate(zip(*films, strict=True)):
+    videos = (pictures(video) for _ in range(len(levels) + 1))
+    for number, pictures_now in enumerate(zip(*videos, strict=True)):
         bare, *frames = map(frame_of, pictures_now)
         # The first level of a frame pays for cold caches, so the levels take turns.
         first = number % len(levels)
@@ -124,8 +124,8 @@ def main() -> None:
         for clip in options.clips:
             for height_px in map(int, options.heights.split(",")):
                 target = Path(folder) / f"{clip.stem}_{height_px}.mp4"
-                film = make_film(clip, target, height_px, options.frames, as_is=True).path
-                for row in rows(clip.name, height_px, measure(film)):
+                video = make_video(clip, target, height_px, options.frames, as_is=True).path
+                for row in rows(clip.name, height_px, measure(video)):
                     print(row, flush=True)
 
 

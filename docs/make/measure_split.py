@@ -13,8 +13,8 @@ from fractions import Fraction
 from pathlib import Path
 from statistics import median
 
-from makeup_video.benchmark.films import LIKE_A_FILM, make_film, pictures, write_film
 from makeup_video.benchmark.renderer import full_look
+from makeup_video.benchmark.videos import X264_OPTIONS, make_video, pictures, write_video
 from makeup_video.pipeline import Look, Settings, process_video
 from makeup_video.pipeline.media import join
 
@@ -40,12 +40,12 @@ class TimedJoin(join.Join):
         TimedJoin.seconds += time.process_time() - began
 
 
-def measure(film: Path, folder: Path, look: Look, length: int | None) -> tuple[int, float, float]:
+def measure(video: Path, folder: Path, look: Look, length: int | None) -> tuple[int, float, float]:
     """(segments, CPU seconds in all, CPU seconds of joining) of one run."""
     minutes = None if length is None else Fraction(length, 60)
     began, TimedJoin.seconds = cpu_seconds(), 0.0
     settings = Settings(split_minutes=minutes, overwrite=True)
-    report = process_video(film, folder / "out.mp4", look, settings)
+    report = process_video(video, folder / "out.mp4", look, settings)
     return report.segments, cpu_seconds() - began, TimedJoin.seconds
 
 
@@ -60,14 +60,14 @@ def main() -> None:
     runs = defaultdict(list)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        made = make_film(SAMPLE, folder / "made.mp4", HEIGHT_PX, chosen.seconds * RATE)
+        made = make_video(SAMPLE, folder / "made.mp4", HEIGHT_PX, chosen.seconds * RATE)
         print(f"{made.description}, {chosen.rounds} rounds")
-        film = folder / "in.mp4"
-        write_film(film, pictures(made.path), {**LIKE_A_FILM, "g": str(2 * RATE)})
-        measure(film, folder, full_look(), None)  # compiles the kernels
+        video = folder / "in.mp4"
+        write_video(video, pictures(made.path), {**X264_OPTIONS, "g": str(2 * RATE)})
+        measure(video, folder, full_look(), None)  # compiles the kernels
         for _ in range(chosen.rounds):
             for length in LENGTHS:
-                runs[length].append(measure(film, folder, full_look(), length))
+                runs[length].append(measure(video, folder, full_look(), length))
                 print(length, runs[length][-1], flush=True)
     whole = median(cpu for _, cpu, _ in runs[None])
     print("| segment | segments | CPU s | more than one run | a seam, CPU s | joining, CPU s |")

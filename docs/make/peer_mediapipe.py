@@ -46,10 +46,10 @@ LIDS = (
     [263, 466, 388, 387, 386, 385, 384, 398, 362, 463, 414, 286, 258, 257, 259, 260, 467, 359],
 )
 # Runs in the product's environment. Arguments: clip, video to write, height, frames.
-MAKE_FILM = (
-    "import sys; from pathlib import Path; from makeup_video.benchmark.films import make_film; "
-    "clip, film, height, frames = sys.argv[1:]; "
-    "print(make_film(Path(clip), Path(film), int(height), int(frames)).description)"
+MAKE_VIDEO = (
+    "import sys; from pathlib import Path; from makeup_video.benchmark.videos import make_video; "
+    "clip, video, height, frames = sys.argv[1:]; "
+    "print(make_video(Path(clip), Path(video), int(height), int(frames)).description)"
 )
 
 
@@ -100,10 +100,10 @@ class Peer:
         part[:] = cv2.cvtColor(cv2.blendLinear(tinted, lab, weight, 1 - weight), cv2.COLOR_LAB2BGR)
 
 
-def loop(film: Path, target: Path, threads: tuple[int, int], change=None) -> dict[str, float]:
+def loop(source: Path, target: Path, threads: tuple[int, int], change=None) -> dict[str, float]:
     """Decode, apply `change` to each picture, encode. Return frames/s and CPU ms a frame."""
     began, cpu, frames = time.perf_counter(), time.process_time(), 0
-    with av.open(str(film)) as box, av.open(str(target), "w") as out:
+    with av.open(str(source)) as box, av.open(str(target), "w") as out:
         video = box.streams.video[0]
         video.thread_type, video.thread_count = "AUTO", threads[0]
         stream = out.add_stream(CODEC, rate=video.average_rate, options=OPTIONS)
@@ -121,10 +121,10 @@ def loop(film: Path, target: Path, threads: tuple[int, int], change=None) -> dic
     return {"fps": frames / seconds, "cpu_ms": 1000 * cpu_seconds / frames, "frames": frames}
 
 
-def ours(product: Path, film: Path, target: Path, ref: Path) -> dict[str, float]:
+def ours(product: Path, video: Path, target: Path, ref: Path) -> dict[str, float]:
     """Run the real command. Its report times the same span as the loops, from opening the video."""
     report = target.with_suffix(".json")
-    command = [product, film, "--ref", ref, "-o", target, "--report", report, "-q", "-y"]
+    command = [product, video, "--ref", ref, "-o", target, "--report", report, "-q", "-y"]
     command += ["--codec", "h264", "--preset", OPTIONS["preset"], "--crf", OPTIONS["crf"]]
     subprocess.run([str(word) for word in command], check=True)
     done = json.loads(report.read_text())
@@ -138,28 +138,28 @@ def check(painted: int, frames: int, who: str) -> None:
         raise SystemExit(f"{who} painted {painted} of {frames} frames: use a clip with a face")
 
 
-def peer(film: Path, target: Path, threads: tuple[int, int], whole: bool) -> dict[str, float]:
+def peer(video: Path, target: Path, threads: tuple[int, int], whole: bool) -> dict[str, float]:
     """Run the peer. The clock starts after its models are loaded."""
     change = Peer(whole)
-    done = loop(film, target, threads, change)
+    done = loop(video, target, threads, change)
     check(change.painted, done["frames"], "the peer")
     return done
 
 
-def compare(options: argparse.Namespace, film: Path, folder: Path) -> dict[str, dict[str, float]]:
+def compare(options: argparse.Namespace, video: Path, folder: Path) -> dict[str, dict[str, float]]:
     """Run all in turn and return their medians. Each round begins with the next one.
 
     The loops use their fastest thread settings.
     """
     target = folder / "out.mp4"
-    loop(film, target, THREADS[0])  # warms the file cache; not counted
-    best = max(THREADS, key=lambda threads: loop(film, target, threads)["fps"])
-    best_peer = max(THREADS, key=lambda threads: peer(film, target, threads, False)["fps"])
+    loop(video, target, THREADS[0])  # warms the file cache; not counted
+    best = max(THREADS, key=lambda threads: loop(video, target, threads)["fps"])
+    best_peer = max(THREADS, key=lambda threads: peer(video, target, threads, False)["fps"])
     work = {
-        "bare": lambda: loop(film, target, best),
-        "peer, whole frames": lambda: peer(film, target, best_peer, True),
-        "peer, face boxes": lambda: peer(film, target, best_peer, False),
-        "makeup-video": lambda: ours(options.product, film, target, options.ref),
+        "bare": lambda: loop(video, target, best),
+        "peer, whole frames": lambda: peer(video, target, best_peer, True),
+        "peer, face boxes": lambda: peer(video, target, best_peer, False),
+        "makeup-video": lambda: ours(options.product, video, target, options.ref),
     }
     runs: dict[str, list[dict[str, float]]] = {name: [] for name in work}
     names = list(work)
@@ -173,9 +173,9 @@ def compare(options: argparse.Namespace, film: Path, folder: Path) -> dict[str, 
     }
 
 
-def print_table(height: str, film: str, rows: dict[str, dict[str, float]]) -> None:
+def print_table(height: str, video: str, rows: dict[str, dict[str, float]]) -> None:
     print(
-        f"\n{height}: {film}\n\n| | frames/s | ratio to bare | CPU ms a frame | makeup-video is |"
+        f"\n{height}: {video}\n\n| | frames/s | ratio to bare | CPU ms a frame | makeup-video is |"
     )
     print("|---|---|---|---|---|")
     bare, best = rows["bare"]["fps"], rows["makeup-video"]["fps"]
@@ -212,17 +212,17 @@ def parse_arguments() -> argparse.Namespace:
 def main() -> None:
     options = parse_arguments()
     with tempfile.TemporaryDirectory() as name:
-        film = Path(name) / "film.mp4"
+        video = Path(name) / "video.mp4"
         for size in options.sizes.split(","):
             height, frames = size.removesuffix("p"), str(round(options.seconds * 30))
-            command = [options.product.with_name("python"), "-c", MAKE_FILM, options.clip, film]
+            command = [options.product.with_name("python"), "-c", MAKE_VIDEO, options.clip, video]
             words = [str(word) for word in (*command, height, frames)]
             description = subprocess.run(
                 words, check=True, stdout=subprocess.PIPE, text=True
             ).stdout
-            print_table(size, description.strip(), compare(options, film, Path(name)))
+            print_table(size, description.strip(), compare(options, video, Path(name)))
         if options.picture:
-            with av.open(str(film)) as box:
+            with av.open(str(video)) as box:
                 Peer(whole=True)(next(box.decode(video=0))).to_image().save(options.picture)
 
 

@@ -20,7 +20,7 @@ Result = TypeVar("Result")
 # task(job, report) returns the result; it calls report(progress) a few times a second
 Task = Callable[[Job, Callable[[Progress], None]], Result]
 
-WAS_STOPPED = "workers serve one film, and these were stopped after another: make new ones"
+WAS_STOPPED = "workers serve one video, and these were stopped after another: make new ones"
 _TICK_SECONDS = 0.2
 
 

@@ -25,13 +25,13 @@ class SegmentTrim(Trim[av.VideoFrame]):
     ) -> list[tuple[av.VideoFrame, Fraction, Fraction]]:
         if self.is_past_end or (self.start is not None and seconds < self.start):
             return []
-        in_film = seconds - self._shift
-        if self._segment.is_after(round(in_film / self.tick)):
+        in_video = seconds - self._shift
+        if self._segment.is_after(round(in_video / self.tick)):
             if not self._left:
                 self.is_past_end = True
                 return []
             self._left -= 1
-        return [(picture, in_film, duration)]
+        return [(picture, in_video, duration)]
 
     def finish(self) -> list[tuple[av.VideoFrame, Fraction, Fraction]]:
         return []

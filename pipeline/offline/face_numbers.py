@@ -46,7 +46,7 @@ class KnownFaces(NamedTuple):
     largest_id: int | None
 
 
-class FilmNumbers:
+class VideoNumbers:
     """Numbers the faces of one segment after the other. count: how many faces there are so far."""
 
     def __init__(self) -> None:

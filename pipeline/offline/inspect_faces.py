@@ -6,13 +6,13 @@ import os
 from makeup_video.pipeline.engine.machine import one_opencv_thread
 from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.files.local_file import local_file
-from makeup_video.pipeline.offline.film import Progress
 from makeup_video.pipeline.offline.overlay import DrawFaces
 from makeup_video.pipeline.offline.points_file import PointsFile
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.run import run_stages
 from makeup_video.pipeline.offline.settings import Settings, check_progress
 from makeup_video.pipeline.offline.stages import FaceRun
+from makeup_video.pipeline.offline.video import Progress
 
 
 def inspect_video(

@@ -80,20 +80,20 @@ def process_looks(
             check_picture_settings(src, settings)
             done = _timed(partial(paint_picture, path, outputs, settings))
         else:
-            done = _on_film(path, outputs, settings, on_progress, memory_share)
+            done = _on_video(path, outputs, settings, on_progress, memory_share)
     if settings.on_whole is not None and any(isinstance(one, Report) for one in done.values()):
         settings.on_whole()
     return done
 
 
-def _on_film(
+def _on_video(
     path: Path,
     looks: Mapping[Path, Look],
     settings: Settings,
     on_progress: LooksProgress | None,
     memory_share: float,
 ) -> dict[Path, Outcome]:
-    from makeup_video.pipeline.offline.looks_on_film import paint_film
+    from makeup_video.pipeline.offline.looks_on_video import paint_video
 
     if settings.split_minutes is not None:
         raise UsageError(
@@ -113,7 +113,7 @@ def _on_film(
                 now = dict(list(rest.items())[:count])
                 tick = None if on_progress is None else partial(on_progress, list(now))
                 more = len(now) < len(rest)
-                done |= _timed(partial(paint_film, source, now, settings, tick, more))
+                done |= _timed(partial(paint_video, source, now, settings, tick, more))
         except StoppedError:
             raise
         except MakeupVideoError as error:

@@ -15,7 +15,7 @@ from makeup_video.pipeline.errors import (
     WorkerError,
     option,
 )
-from makeup_video.pipeline.offline.face_numbers import FilmNumbers, KnownFaces
+from makeup_video.pipeline.offline.face_numbers import KnownFaces, VideoNumbers
 from makeup_video.pipeline.offline.segment_job import SegmentJob, SegmentResult, paint_segment
 from makeup_video.pipeline.offline.settings import Settings
 
@@ -43,7 +43,7 @@ class PaintedSegments:
         """The video's numbers of all faces in it."""
         return {number for one in self.numbers for number in one.values()}
 
-    def in_film(self, at: int, own: int) -> int:
+    def in_video(self, at: int, own: int) -> int:
         """The video's number of a face, as the segment at this place names it."""
         return own if self.known[at] is not None else self.numbers[at][own]
 
@@ -51,7 +51,7 @@ class PaintedSegments:
         """The face that was painted last as the largest before the segment at this place."""
         for before in reversed(range(at)):
             if (own := self.results[before].largest_id) is not None:
-                return self.in_film(before, own)
+                return self.in_video(before, own)
         return None
 
 
@@ -124,11 +124,11 @@ class _Run:
 
 def _number_faces(jobs: Sequence[SegmentJob], painted: PaintedSegments) -> int:
     """Number the faces of all segments in order; returns how many there are."""
-    film = FilmNumbers()
+    video = VideoNumbers()
     for job, result in zip(jobs, painted.results, strict=True):
-        film.forget_before(job.segment.is_unseen)
-        painted.numbers.append(film.next(result.before, result.after, result.numbers))
-    return film.count
+        video.forget_before(job.segment.is_unseen)
+        painted.numbers.append(video.next(result.before, result.after, result.numbers))
+    return video.count
 
 
 def _guessed_wrong(painted: PaintedSegments, faces: str) -> dict[int, KnownFaces]:
@@ -149,7 +149,7 @@ def _differs(painted: PaintedSegments, at: int, largest: int | None) -> bool:
     own = painted.results[at].largest_first
     if own is None:  # there was no face yet: the one before matters only if it comes back
         return largest in painted.numbers[at].values()
-    return painted.in_film(at, own) != largest
+    return painted.in_video(at, own) != largest
 
 
 def _is_other(numbers: Mapping[int, int], chosen: int) -> bool:

@@ -19,10 +19,10 @@ from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.look.look import Look, check_look
 from makeup_video.pipeline.media.input_file import VideoSource
-from makeup_video.pipeline.offline.film import Progress
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.run import check_name, run_stages
 from makeup_video.pipeline.offline.settings import Settings, check_progress
+from makeup_video.pipeline.offline.video import Progress
 
 
 def process_video(

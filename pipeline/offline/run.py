@@ -15,10 +15,10 @@ from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.media.duration import check_start
 from makeup_video.pipeline.media.input_file import VideoSource, open_video
 from makeup_video.pipeline.media.side_by_side import SideBySide
-from makeup_video.pipeline.offline.film import Progress, add_times, begin_film, channel_frames
 from makeup_video.pipeline.offline.picture import process_picture
 from makeup_video.pipeline.offline.report import Report, RunClock
 from makeup_video.pipeline.offline.settings import Settings
+from makeup_video.pipeline.offline.video import Progress, add_times, begin_video, channel_frames
 
 
 def run_stages(
@@ -79,19 +79,19 @@ def _run(
     settings: Settings,
     on_progress: Progress | None,
 ) -> Report:
-    with begin_film(source, output, settings) as film:
+    with begin_video(source, output, settings) as video:
         runner = Runner(
-            ("decode", film.decoder.frames()),
+            ("decode", video.decoder.frames()),
             stages,
-            ("encode", film.encoder),
+            ("encode", video.encoder),
             channel_frames(source),
             observe=settings.observe,
             threads=settings.stage_threads,
         )
         tick = on_progress
-        expected = film.decoder.expected_frames
+        expected = video.decoder.expected_frames
         runner.run(tick and (lambda done: tick(done, expected, source.rate)))
-    report = film.report()
+    report = video.report()
     add_times(report, runner.times, runner.channels)
     return report
 

@@ -24,10 +24,10 @@ from makeup_video.pipeline.media.segment_trim import SegmentTrim
 from makeup_video.pipeline.media.segments import Segment
 from makeup_video.pipeline.offline.encoding import Encoding, choose_encoding, decoder_threads
 from makeup_video.pipeline.offline.face_numbers import KnownFaces, Sightings
-from makeup_video.pipeline.offline.film import channel_frames, open_decoder
 from makeup_video.pipeline.offline.report import Report, RunClock
 from makeup_video.pipeline.offline.run import compared
 from makeup_video.pipeline.offline.settings import Settings
+from makeup_video.pipeline.offline.video import channel_frames, open_decoder
 
 
 @dataclass(frozen=True, slots=True)

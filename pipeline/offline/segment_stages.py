@@ -102,13 +102,13 @@ def _numbered(item: FrameScene, numbers: Mapping[int, int]) -> FrameScene:
     return replace(
         item,
         faces=tuple(
-            replace(scene, face=replace(scene.face, track_id=_in_film(scene, numbers)))
+            replace(scene, face=replace(scene.face, track_id=_in_video(scene, numbers)))
             for scene in item.faces
         ),
     )
 
 
-def _in_film(scene: FaceScene, numbers: Mapping[int, int]) -> int:
+def _in_video(scene: FaceScene, numbers: Mapping[int, int]) -> int:
     """The video's number of a face; a negative one for a face of the run-up alone."""
     own = scene.face.track_id
     return numbers.get(own, -1 - own)

@@ -18,11 +18,11 @@ from makeup_video.pipeline.media.duration import check_start
 from makeup_video.pipeline.media.input_file import open_video
 from makeup_video.pipeline.media.join import Join
 from makeup_video.pipeline.media.segments import Plan, plan_segments
-from makeup_video.pipeline.offline.film import Film, Progress, begin_film
 from makeup_video.pipeline.offline.paint_segments import PaintedSegments, paint_segments
 from makeup_video.pipeline.offline.report import Report, RunClock
 from makeup_video.pipeline.offline.segment_job import SegmentJob
 from makeup_video.pipeline.offline.settings import Settings
+from makeup_video.pipeline.offline.video import Progress, Video, begin_video
 
 
 def plan_of(src: str | os.PathLike[str], look: Look, minutes: Fraction, settings: Settings) -> Plan:
@@ -54,27 +54,27 @@ def process_in_segments(
     clock = RunClock()
     with (
         closing(open_video(local_file(src))) as source,
-        begin_film(source, Path(dst), settings) as film,
+        begin_video(source, Path(dst), settings) as video,
     ):
-        join = Join(film.decoder, film.encoder, film.muxer)
+        join = Join(video.decoder, video.encoder, video.muxer)
         join.begin(compare=settings.compare)
-        target = film.muxer.target
+        target = video.muxer.target
         with _folder(target, settings.overwrite) as folder:
             jobs = _jobs(folder, source.path, target.path, plan, look, settings)
-            painted = paint_segments(jobs, settings, _ticker(film, on_progress), workers)
-            _count(film.decoder.stats, painted)
+            painted = paint_segments(jobs, settings, _ticker(video, on_progress), workers)
+            _count(video.decoder.stats, painted)
             lost = [text for result in painted.results for text in result.report.dropped]
             if lost:
-                film.muxer.drop(lost[0])  # the others are its continuations
+                video.muxer.drop(lost[0])  # the others are its continuations
             join.finish([result.file for result in painted.results])
-        report = film.report()
+        report = video.report()
     clock.write(report)
     _add(report, painted, look, settings)
     return report
 
 
-def _ticker(film: Film, on_progress: Progress | None) -> Callable[[int], None]:
-    expected, rate = film.decoder.expected_frames, film.source.rate
+def _ticker(video: Video, on_progress: Progress | None) -> Callable[[int], None]:
+    expected, rate = video.decoder.expected_frames, video.source.rate
 
     def tick(done: int) -> None:
         if on_progress is not None:

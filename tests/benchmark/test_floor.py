@@ -2,7 +2,7 @@
 
 import pytest
 from makeup_video.benchmark import floor
-from people import clip, film, grey
+from people import clip, grey, write_video
 
 
 @pytest.mark.parametrize(
@@ -24,8 +24,9 @@ def test_operations_of_a_net_are_those_of_its_weights(node, operations):
 
 
 def test_the_nets_of_a_face_take_millions_of_operations(tmp_path):
-    still = film(tmp_path / "a.mkv", clip(8))
-    nothing = film(tmp_path / "b.mkv", [grey()] * 60)  # the first frame is searched turned, too
+    still = write_video(tmp_path / "a.mkv", clip(8))
+    # the first frame is searched turned, too
+    nothing = write_video(tmp_path / "b.mkv", [grey()] * 60)
     face, none = map(floor.net_operations, (still, nothing))
     assert face > none > 1e6
 

@@ -10,7 +10,7 @@ from makeup_video.benchmark.live import COLUMNS, WARM_SECONDS, figures
 from makeup_video.benchmark.tables import tables
 from makeup_video.cli.app import app
 from makeup_video.pipeline import OutputError
-from people import SAMPLES, film, grey
+from people import SAMPLES, grey, write_video
 from typer.testing import CliRunner
 
 ARGS = ["bench", "--live", "--sizes", "144p", "--seconds", "0.5"]
@@ -106,7 +106,7 @@ def results(done):
     return json.loads(done.stdout)
 
 
-def test_the_film_of_a_size_is_made_once(done):
+def test_the_video_of_a_size_is_made_once(done):
     assert done.stderr.count("144p: making the video") == 1
     assert done.stderr.count("s live") == 2  # JPEG and H.264
 
@@ -169,6 +169,6 @@ def test_live_refuses_other_measurements_beside_it(tmp_path):
         assert done.exit_code == 2 and "--live" in done.output
 
 
-def test_a_film_without_a_face_is_refused(tmp_path):
-    done = run(*ARGS, film(tmp_path / "grey.mkv", [grey()] * 20))
+def test_a_video_without_a_face_is_refused(tmp_path):
+    done = run(*ARGS, write_video(tmp_path / "grey.mkv", [grey()] * 20))
     assert done.exit_code == 3 and "no face" in done.output

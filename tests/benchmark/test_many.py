@@ -1,4 +1,4 @@
-"""The cost of several looks of one film. Nothing here is timed."""
+"""The cost of several looks of one video. Nothing here is timed."""
 
 import pytest
 from makeup_video.benchmark import harness, many
@@ -11,11 +11,11 @@ from people import SAMPLES
 def test_one_run_and_separate_runs_paint_all_looks(tmp_path):
     look = Look(lips=product((150, 30, 70), "satin"))
     bench = harness.Bench(SAMPLES / "in.mp4", tmp_path, look, seconds=0.5, rounds=1)
-    film = bench.film(144)
-    found = many.by_looks(bench, film, 3)
+    video = bench.video(144)
+    found = many.by_looks(bench, video, 3)
     assert list(found["runs"]) == ["shared", "one", "many", "separate"]
     for number in range(3):
-        assert len(decoded(tmp_path / f"look{number}.mp4")) == film.frames
+        assert len(decoded(tmp_path / f"look{number}.mp4")) == video.frames
     assert found["further_by_own"] == pytest.approx(found["further_cpu_ms"] / found["own_cpu_ms"])
     memory = found["memory_mb"]
     assert memory["further"] == pytest.approx((memory["many"] - memory["one"]) / 2)

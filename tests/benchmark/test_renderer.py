@@ -1,7 +1,7 @@
 """The benchmark of the renderer measures what it reports. Nothing here is timed."""
 
 import pytest
-from makeup_video.benchmark import films, renderer
+from makeup_video.benchmark import renderer, videos
 from makeup_video.pipeline.look.kinds import KINDS
 from people import SAMPLES
 
@@ -11,7 +11,7 @@ FRAMES = 12
 @pytest.fixture(scope="module")
 def face_clip(tmp_path_factory):
     target = tmp_path_factory.mktemp("renderer") / "face.mkv"
-    return films.make_film(SAMPLES / "in.mp4", target, 240, FRAMES).path
+    return videos.make_video(SAMPLES / "in.mp4", target, 240, FRAMES).path
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,8 @@ import pytest
 from makeup_video.benchmark import harness, runs
 from makeup_video.pipeline import InputError, Look, product
 from makeup_video.pipeline.offline import encoding
-from makeup_video.pipeline.offline import film as offline
-from people import clip, film, grey
+from makeup_video.pipeline.offline import video as offline
+from people import clip, grey, write_video
 
 LOOK = Look(lips=product((150, 30, 70), "satin"), eyes=product((60, 80, 150), "satin", "eyes"))
 
@@ -16,8 +16,8 @@ def test_a_run_that_painted_too_few_frames_is_refused(painted, frames):
         runs.check_painted(painted, frames)
 
 
-def test_a_film_where_the_face_leaves_is_refused(tmp_path):
-    source = film(tmp_path / "leaves.mkv", [*clip(20), *[grey()] * 10])
+def test_a_video_where_the_face_leaves_is_refused(tmp_path):
+    source = write_video(tmp_path / "leaves.mkv", [*clip(20), *[grey()] * 10])
     with pytest.raises(InputError, match="of 30 frames"):
         runs.run_product(source, tmp_path / "out.mp4", LOOK)
     run, report = runs.run_product(source, tmp_path / "out.mp4", None)
@@ -25,7 +25,7 @@ def test_a_film_where_the_face_leaves_is_refused(tmp_path):
 
 
 def test_the_bare_loop_encodes_every_frame(tmp_path):
-    source = film(tmp_path / "a.mkv", clip(10))
+    source = write_video(tmp_path / "a.mkv", clip(10))
     run = runs.run_bare(source, tmp_path / "out.mp4", (1, 2))
     assert run.frames == 10 and run.fps > 0 and run.cpu_ms_per_frame > 0
 
@@ -45,7 +45,7 @@ def test_the_codec_alone_has_the_threads_of_the_product(tmp_path, monkeypatch):
 
     monkeypatch.setattr(offline, "Decoder", Noted)
     monkeypatch.setattr(encoding, "VideoEncoder", NotedEncoder)
-    source = film(tmp_path / "a.mkv", clip(10))
+    source = write_video(tmp_path / "a.mkv", clip(10))
     runs.run_product(source, tmp_path / "out.mp4", LOOK)
     assert (threads_of["decoder"], threads_of["encoder"]) == harness.own_threads()
 

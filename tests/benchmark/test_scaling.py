@@ -1,12 +1,12 @@
-"""The cost by number of faces, number of threads and film length. Nothing here is timed."""
+"""The cost by number of faces, number of threads and video length. Nothing here is timed."""
 
 from collections import Counter
 
 import pytest
-from makeup_video.benchmark import films, harness, scaling
+from makeup_video.benchmark import harness, scaling, videos
 from makeup_video.pipeline import Look, UsageError, product
-from makeup_video.pipeline.offline import film as film_of_run
 from makeup_video.pipeline.offline import run as offline
+from makeup_video.pipeline.offline import video as video_of_run
 from people import SAMPLES
 
 LOOK = Look(lips=product((150, 30, 70), "satin"), eyes=product((60, 80, 150), "satin", "eyes"))
@@ -27,8 +27,8 @@ def test_faces_cost_by_their_number(bench, monkeypatch):
 
 
 def test_faces_are_counted_on_a_clip_of_one(bench, monkeypatch):
-    several = films.Film(bench.source, (64, 48), 10, 2, False)
-    monkeypatch.setattr(harness.Bench, "film", lambda *_, **__: several)
+    several = videos.Video(bench.source, (64, 48), 10, 2, False)
+    monkeypatch.setattr(harness.Bench, "video", lambda *_, **__: several)
     with pytest.raises(UsageError, match="shows 2"):
         scaling.by_faces(bench, 360)
 
@@ -37,7 +37,7 @@ def test_threads_of_codecs_and_of_pocl_are_compared(bench, monkeypatch):
     monkeypatch.setattr(scaling, "SHARED", ((1, 2, 1), (0, 0, 4)))
     monkeypatch.setattr(scaling, "BARE_THREADS", ((0, 0),))
     monkeypatch.setattr(scaling, "_POCL_THREADS", (1,))
-    found = scaling.by_threads(bench, bench.film(144), "threads")
+    found = scaling.by_threads(bench, bench.video(144), "threads")
     kinds = Counter(name.split(":")[0] for name in found["settings"])
     assert kinds == {"bare": 1, "product": 2, "command": 1}
     assert found["best"] in found["settings"] and found["best"].startswith("product")
@@ -51,20 +51,20 @@ def test_the_product_really_runs_with_other_threads(bench, monkeypatch):
             super().__init__(source, stages, sink, *rest, **options)
             runs[-1] += sink[1].threads, len(self.channels) - 1
 
-    class NotedDecoder(film_of_run.Decoder):
+    class NotedDecoder(video_of_run.Decoder):
         def __init__(self, *args, threads, **options):
             super().__init__(*args, threads=threads, **options)
             runs.append((threads,))
 
     monkeypatch.setattr(offline, "Runner", Noted)
-    monkeypatch.setattr(film_of_run, "Decoder", NotedDecoder)
-    film = bench.film(144).path
+    monkeypatch.setattr(video_of_run, "Decoder", NotedDecoder)
+    video = bench.video(144).path
     for threads in ((1, 3, 2), (0, 0, 4)):
-        scaling._run_with_threads(bench, film, *threads)
+        scaling._run_with_threads(bench, video, *threads)
     assert runs == [(1, 3, 2), (0, 0, 4)]
 
 
-def test_the_memory_of_a_long_film_is_sampled(bench):
+def test_the_memory_of_a_long_video_is_sampled(bench):
     found = scaling.over_length(bench, 144, minutes=0.05)
     assert found["minutes"] == pytest.approx(0.05, rel=0.2) and found["frames"] >= 80
     assert found["memory"] and found["memory"] == sorted(found["memory"])

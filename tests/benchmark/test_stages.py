@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 from makeup_video.benchmark import stages
 
 
-def observed(*films):
+def observed(*videos):
     stage_log = stages.StageLog()
-    for items in films:
+    for items in videos:
         stage_log.start()
         for name, ms in items:
             stage_log(name, ms / 1000, ms / 2000)
@@ -24,7 +24,7 @@ def test_100_frames_are_skipped_and_500_counted():
 
 
 @given(st.integers(1, 700))
-def test_a_short_film_still_has_frames_to_measure(frames):
+def test_a_short_video_still_has_frames_to_measure(frames):
     items = [("decode", 2)] * (frames + 1) + [("encode", 3)] * (frames + 1)
     table = observed(items).table(frames)
     assert list(table) == ["decode", "encode"]

@@ -13,7 +13,7 @@ from makeup_video.pipeline import Layer, Look, look_from_photo, product
 from makeup_video.pipeline.look.finishes import look_in_words
 from makeup_video.pipeline.reference import estimate
 from media import decoded, make_clip
-from people import SAMPLES, clip, film, portrait
+from people import SAMPLES, clip, portrait, write_video
 from reference_photos import certain
 from typer.testing import CliRunner
 
@@ -30,8 +30,8 @@ def run(*args):
     return CliRunner().invoke(app, [str(arg) for arg in args])
 
 
-def test_a_colour_and_a_finish_paint_a_film(folder):
-    film(folder / "in.mkv", clip(4))
+def test_a_colour_and_a_finish_paint_a_video(folder):
+    write_video(folder / "in.mkv", clip(4))
     done = run("in.mkv", "--color", "#B4002E", "--finish", "satin", "-o", "out.mp4",
                "--report", "r.json")  # fmt: skip
     assert done.exit_code == 0, done.output
@@ -130,7 +130,7 @@ def test_a_comparison_is_twice_as_wide(folder):
     assert (both[:, width:] != photo).any()
 
 
-def test_a_film_without_a_face_is_reported_but_no_error(folder):
+def test_a_video_without_a_face_is_reported_but_no_error(folder):
     make_clip(folder / "in.mp4")
     done = run("in.mp4", "--color", "B02", "-o", "out.mp4")
     assert done.exit_code == 0
@@ -148,7 +148,7 @@ def test_a_device_is_chosen_by_number_or_name(folder, device):
 @pytest.mark.parametrize("device", ["99", "none such"])
 @pytest.mark.parametrize("name", ["in.mkv", "in.png"])
 def test_a_device_that_is_not_there_is_one_line_and_no_file(folder, name, device):
-    film(folder / "in.mkv", clip(1))
+    write_video(folder / "in.mkv", clip(1))
     cv2.imwrite("in.png", portrait()[..., ::-1])
     done = run(name, "--color", "B02", "--device", device, "-o", f"out{name[2:]}")
     assert done.exit_code == 2 and len(done.output.splitlines()) == 1

@@ -12,16 +12,16 @@ import av
 import pytest
 from command_line import LOOK, command, run
 from media import make_clip
-from people import SAMPLES, clip, film
+from people import SAMPLES, clip, write_video
 
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """Two films, a picture and a look file, in the current folder."""
+    """Two videos, a picture and a look file, in the current folder."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "clips").mkdir()
     for name in ("a", "b"):
-        film(tmp_path / "clips" / f"{name}.mkv", clip(20))
+        write_video(tmp_path / "clips" / f"{name}.mkv", clip(20))
     (tmp_path / "red.json").write_text(json.dumps(LOOK))
     return tmp_path
 
@@ -63,8 +63,8 @@ def test_running_again_does_nothing_twice(folder):
     assert now == files
 
 
-def test_a_bad_film_fails_alone_and_is_named_at_the_end(folder):
-    (folder / "clips" / "bad.mp4").write_text("no film")
+def test_a_bad_video_fails_alone_and_is_named_at_the_end(folder):
+    (folder / "clips" / "bad.mp4").write_text("no video")
     words = ("batch", "clips", "--look", "none", "-o", "out/{name}.mp4")
     first = run(*words)
     assert first.exit_code == 5
@@ -244,7 +244,7 @@ def test_nothing_is_overwritten_without_y(folder):
 @pytest.mark.parametrize("seed", range(2))
 def test_a_batch_survives_being_killed_at_any_moment(folder, seed):
     words = ("batch", "clips", *LOOKS, "-o", "out/{name}-{look}.mkv", "-q", "--jobs", "2")
-    names = sorted(f"{film}-{look}.mkv" for film in "ab" for look in ("red", "none"))
+    names = sorted(f"{video}-{look}.mkv" for video in "ab" for look in ("red", "none"))
     rng, seen = random.Random(seed), {}
     for attempt in range(5):
         process = command(*words)

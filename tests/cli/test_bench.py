@@ -9,13 +9,13 @@ import cv2
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.benchmark import film_costs, plots, suite
+from makeup_video.benchmark import plots, suite, video_costs
 from makeup_video.benchmark.renderer import full_look
 from makeup_video.cli import bench
 from makeup_video.cli.app import app
 from makeup_video.cli.console import ResultText
 from makeup_video.pipeline import OutputError, UsageError
-from people import SAMPLES, film, grey
+from people import SAMPLES, grey, write_video
 from typer.testing import CliRunner
 
 ARGS = [
@@ -31,8 +31,8 @@ def run(*args):
 def results(tmp_path_factory):
     plot = tmp_path_factory.mktemp("bench") / "plot.png"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(film_costs, "_STARTS", 1)
-        patch.setattr(film_costs, "BARE_THREADS", ((0, 0), (1, 2)))
+        patch.setattr(video_costs, "_STARTS", 1)
+        patch.setattr(video_costs, "BARE_THREADS", ((0, 0), (1, 2)))
         done = run(*ARGS, "--json", "--plot", plot)
     assert done.exit_code == 0, done.output
     assert plots.find_spec("matplotlib")
@@ -170,7 +170,7 @@ def test_a_plot_without_matplotlib_is_refused_at_once(monkeypatch):
 
 
 def test_a_clip_without_faces_is_refused(tmp_path):
-    clip = film(tmp_path / "grey.mkv", [grey(64, 48)] * 3)
+    clip = write_video(tmp_path / "grey.mkv", [grey(64, 48)] * 3)
     done = run("bench", clip, *ARGS[2:])
     assert done.exit_code == 3 and "no face to paint on" in done.stderr
 

@@ -7,7 +7,7 @@ import stat
 import pytest
 from makeup_video.cli.app import app
 from makeup_video.web.certificate import lan_address, own_certificate
-from people import clip, film
+from people import clip, write_video
 from typer.testing import CliRunner
 
 
@@ -15,12 +15,12 @@ from typer.testing import CliRunner
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
-    film(tmp_path / "in.mkv", clip(3))
+    write_video(tmp_path / "in.mkv", clip(3))
     return tmp_path
 
 
 def run(*args):
-    """`live` on a film: it ends by itself."""
+    """`live` on a video: it ends by itself."""
     command = ["live", "--camera", "in.mkv", "--port", "0", "--no-browser", *map(str, args)]
     return CliRunner().invoke(app, command)
 

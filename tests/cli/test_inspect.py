@@ -54,7 +54,7 @@ def test_a_picture_is_drawn_on(folder, end):
     assert (folder / f"out{end}").stat().st_size > 10_000
 
 
-def test_a_film_without_a_face_is_reported_but_no_error(folder):
+def test_a_video_without_a_face_is_reported_but_no_error(folder):
     make_clip(folder / "in.mp4")
     done = run("in.mp4", "-o", "out.mp4")
     assert done.exit_code == 0
@@ -121,7 +121,7 @@ def test_yes_overwrites_both_and_leaves_no_part(folder):
 
 
 def test_an_error_leaves_no_points_file(folder):
-    (folder / "in.mp4").write_bytes(b"no film")
+    (folder / "in.mp4").write_bytes(b"no video")
     assert run("in.mp4", "-o", "out.mp4", "--json", "points.json").exit_code == 3
     assert [path.name for path in folder.iterdir()] == ["in.mp4"]
 

@@ -56,7 +56,7 @@ def run_hooked(where, name, moment, number, *words):
     return done.returncode, done.stderr.splitlines()
 
 
-FILM = ("in.mp4", "--look", "none", "-o", "out.mp4", "--report", "r.json", "--save-look", "l.json")
+VIDEO = ("in.mp4", "--look", "none", "-o", "out.mp4", "--report", "r.json", "--save-look", "l.json")
 
 
 @pytest.mark.parametrize(
@@ -66,11 +66,11 @@ FILM = ("in.mp4", "--look", "none", "-o", "out.mp4", "--report", "r.json", "--sa
         (PART, "rename", "before", "SIGTERM"),
         (PART, "rename", "after", "SIGINT"),
         (MUXER, "finish", "after", "SIGTERM"),
-        ("makeup_video.pipeline.offline.film", "film_report", "after", "SIGINT"),
+        ("makeup_video.pipeline.offline.video", "video_report", "after", "SIGINT"),
     ],
 )
 def test_a_whole_output_ends_with_0_and_all_its_files(folder, where, name, moment, number):
-    code, lines = run_hooked(where, name, moment, number, *FILM)
+    code, lines = run_hooked(where, name, moment, number, *VIDEO)
     assert (code, len(lines)) == (0, 1) and lines[0].startswith("out.mp4: 12 frames in")
     assert sorted(path.name for path in folder.iterdir()) == [
         "in.mp4",
@@ -84,7 +84,7 @@ def test_a_whole_output_ends_with_0_and_all_its_files(folder, where, name, momen
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
 def test_an_unfinished_output_ends_with_130_and_no_sidecars(folder, number):
     encoder = "makeup_video.pipeline.media.encode:VideoEncoder"
-    code, lines = run_hooked(encoder, "__call__", "after", number, *FILM)
+    code, lines = run_hooked(encoder, "__call__", "after", number, *VIDEO)
     assert (code, lines) == (130, ["stopped; out.part.mp4 holds what was done"])
     assert sorted(path.name for path in folder.iterdir()) == ["in.mp4", "out.part.mp4"]
 

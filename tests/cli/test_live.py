@@ -1,4 +1,4 @@
-"""`makeup-video live` with a film as the camera: its outputs, its errors, and its end."""
+"""`makeup-video live` with a video as the camera: its outputs, its errors, and its end."""
 
 import io
 import re
@@ -22,14 +22,14 @@ from makeup_video.cli.serve_page import has_screen
 from makeup_video.pipeline import InputError, Look, product
 from makeup_video.pipeline.live.run import LiveFigures, SinkFigures
 from media import decoded, times_of
-from people import SAMPLES, clip, film
+from people import SAMPLES, clip, write_video
 from typer.testing import CliRunner
 
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    film(tmp_path / "in.mkv", clip(12))
+    write_video(tmp_path / "in.mkv", clip(12))
     return tmp_path
 
 
@@ -46,7 +46,7 @@ def reddest(path):
     return [int(picture.to_ndarray()[-90:].max()) - 128 for picture in decoded(path)]
 
 
-def test_a_film_is_painted_and_recorded_at_clock_times(folder):
+def test_a_video_is_painted_and_recorded_at_clock_times(folder):
     done = run("--camera", "in.mkv", "--color", "#D00020", "--no-preview", "-o", "out.mkv")
     assert done.exit_code == 0, done.output
     assert [p.name for p in folder.iterdir() if "part" in p.name] == []
@@ -56,7 +56,7 @@ def test_a_film_is_painted_and_recorded_at_clock_times(folder):
     assert times[0] == 0 and len(times) == int(counts[1]) == int(counts[3])
     assert len(times) + int(counts[2]) == 12  # a busy machine drops some frames
     steps = times * 30
-    assert np.abs(steps - steps.round()).max() < 0.05  # on the film's own grid
+    assert np.abs(steps - steps.round()).max() < 0.05  # on the video's own grid
     plain = run("--camera", "in.mkv", "--look", "none", "--no-preview", "-o", "plain.mkv", "-q")
     assert plain.exit_code == 0 and plain.output == ""
     assert min(reddest(folder / "out.mkv")) > max(reddest(folder / "plain.mkv")) + 10

@@ -14,7 +14,7 @@ from people import SAMPLES
 from PIL import Image
 
 PICTURE = [str(SAMPLES / "portrait.jpg"), "--color", "B4002E", "-o", "out.jpg"]
-FILM = [str(SAMPLES / "in.mp4"), "--color", "B4002E", "-o", "out.mp4", "--end", "0.5"]
+VIDEO = [str(SAMPLES / "in.mp4"), "--color", "B4002E", "-o", "out.mp4", "--end", "0.5"]
 COPY = [str(SAMPLES / "in.mp4"), "--look", "none", "-o", "out.mp4", "--end", "0.5"]
 ESTIMATE = ["estimate", str(SAMPLES / "look.jpg")]
 INSPECT = ["inspect", str(SAMPLES / "in.mp4"), "-o", "out.mp4", "--end", "0.5"]
@@ -47,7 +47,7 @@ def run(words, limit=None, **environment):
 
 
 @pytest.mark.parametrize("megabytes", [200, 450, 620, 800])
-@pytest.mark.parametrize("words", [PICTURE, FILM, ESTIMATE, INSPECT], ids=lambda words: words[0])
+@pytest.mark.parametrize("words", [PICTURE, VIDEO, ESTIMATE, INSPECT], ids=lambda words: words[0])
 def test_too_little_address_space_is_one_line(folder, words, megabytes):
     code, lines = run(words, (resource.RLIMIT_AS, megabytes << 20))
     assert code == 1 and len(lines) == 1, lines
@@ -55,7 +55,7 @@ def test_too_little_address_space_is_one_line(folder, words, megabytes):
     assert list(folder.iterdir()) == []
 
 
-@pytest.mark.parametrize(("words", "megabytes"), [(FILM, 1100), (ESTIMATE, 1000), (COPY, 350)])
+@pytest.mark.parametrize(("words", "megabytes"), [(VIDEO, 1100), (ESTIMATE, 1000), (COPY, 350)])
 def test_the_line_names_the_figure_that_is_needed(words, megabytes):
     code, lines = run(words, (resource.RLIMIT_AS, megabytes << 20))
     assert code == 1 and len(lines) == 1

@@ -9,7 +9,7 @@ from command_line import LOOK, run
 from makeup_video.cli.looks_options import LooksOptions
 from makeup_video.cli.many import print_outcomes, titled
 from makeup_video.pipeline import KINDS, OutputError, Report, UsageError, product
-from people import SAMPLES, clip, film
+from people import SAMPLES, clip, write_video
 from typer import Exit
 
 TABLE = "brand,product,category,shade,hex\nA,P,lipstick,Red,#B4002E\nB,P,eyes,Dusk,#6B7475\n"
@@ -44,8 +44,8 @@ def test_a_template_of_one_look_is_filled_in(folder):
     assert done.exit_code == 0 and (folder / "B" / "Dusk.png").exists()
 
 
-def test_a_film_in_several_looks_has_one_report(folder):
-    film(folder / "in.mkv", clip(4))
+def test_a_video_in_several_looks_has_one_report(folder):
+    write_video(folder / "in.mkv", clip(4))
     done = run("in.mkv", "--look", "plum.json", "--look", "none", "-o", "{look}.mkv",
                "--report", "report.json", "--codec", "ffv1")  # fmt: skip
     assert done.exit_code == 0, done.stderr
@@ -174,7 +174,7 @@ def test_a_look_that_failed_shows_in_the_exit_code(outcomes, code, capsys):
     ]
 
 
-def test_progress_names_film_and_looks():
+def test_progress_names_video_and_looks():
     heard = []
     names = {Path(name): name for name in "abcd"}
     tick = titled(lambda *figures, title: heard.append((figures, title)), "x/in.mp4", names)

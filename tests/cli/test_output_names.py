@@ -36,7 +36,7 @@ def looks_named(*names):
     ],
 )
 def test_names_of_outputs(output, names, found):
-    assert name_outputs(output, "/films/clips/talk.MOV", looks_named(*names)) == found
+    assert name_outputs(output, "/videos/clips/talk.MOV", looks_named(*names)) == found
 
 
 TWINS = "shades.csv, line 2 and shades.csv, line"

@@ -11,21 +11,21 @@ from pathlib import Path
 import pytest
 from command_line import command, run
 from media import decoded, make_clip
-from split_films import GROUP, differences
+from split_videos import GROUP, differences
 
 ARGUMENTS = ("--look", "none", "-o", "out.mp4", "--split", "0.017")
 
 
 @pytest.fixture(scope="module")
-def film(tmp_path_factory):
-    path = tmp_path_factory.mktemp("film") / "in.mp4"
+def video(tmp_path_factory):
+    path = tmp_path_factory.mktemp("video") / "in.mp4"
     return make_clip(path, frames=600, size_wh=(640, 360), options=GROUP)
 
 
 @pytest.fixture
-def src(film, tmp_path, monkeypatch):
+def src(video, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    return Path(shutil.copy(film, tmp_path))
+    return Path(shutil.copy(video, tmp_path))
 
 
 def children_of(process):
@@ -53,7 +53,7 @@ def begun(folder, process):
     return workers_of(process)
 
 
-def test_a_film_is_painted_in_segments(tmp_path, src):
+def test_a_video_is_painted_in_segments(tmp_path, src):
     done = run(src, *ARGUMENTS, "--jobs", "2", "--report", "r.json")
     assert done.exit_code == 0, done.output
     report = json.loads((tmp_path / "r.json").read_text())
@@ -82,7 +82,7 @@ def test_a_segment_whose_process_is_killed_is_painted_again(tmp_path, src):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in.mp4", "out.mp4"]
 
 
-def test_a_part_of_a_film_is_painted_in_segments(tmp_path, src):
+def test_a_part_of_a_video_is_painted_in_segments(tmp_path, src):
     part = ("--start", "3.21", "--end", "9.5")
     assert run(src, *ARGUMENTS, *part, "--report", "r.json").exit_code == 0
     assert run(src, "--look", "none", "-o", "whole.mp4", *part).exit_code == 0

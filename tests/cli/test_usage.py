@@ -94,12 +94,12 @@ def test_the_line_says_what_was_meant_and_which_help_lists_it(words, text, page)
 
 
 def test_a_lone_file_lacks_only_its_output(folder):
-    (folder / "help").write_bytes(b"no film")
+    (folder / "help").write_bytes(b"no video")
     assert run("help") == (2, "UsageError: -o/--output is missing. See makeup-video --help.")
 
 
 def test_a_file_named_nearly_like_a_command_is_a_file(folder):
-    (folder / "inspct").write_bytes(b"no film")
+    (folder / "inspct").write_bytes(b"no video")
     code, line = run("inspct", "--look", "none", "-o", "out.mp4")
     assert code == 3 and "did you mean" not in line
 

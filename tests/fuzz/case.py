@@ -7,14 +7,14 @@ from pathlib import Path, PurePath
 from random import Random
 
 from fuzz.mutate import mutate
-from fuzz.mutate_films import OWN as OWN_FILMS
 from fuzz.mutate_photos import OWN as OWN_PHOTOS
 from fuzz.mutate_texts import mutate_catalogue, mutate_look
+from fuzz.mutate_videos import OWN as OWN_VIDEOS
 from fuzz.seeds import Seeds
 
 _SAMPLES = Path(__file__).parents[2] / "samples"
-_OWN = {**OWN_FILMS, **OWN_PHOTOS}
-_FILM_ENDS = (".mp4",) * 6 + (".mkv",) * 5 + (".mov",) * 3 + (".webm",)
+_OWN = {**OWN_VIDEOS, **OWN_PHOTOS}
+_VIDEO_ENDS = (".mp4",) * 6 + (".mkv",) * 5 + (".mov",) * 3 + (".webm",)
 _PICTURE_ENDS = (".jpg", ".png", ".webp")
 _CODECS = {
     ".mp4": ("hevc", "h264"), ".mkv": ("ffv1", "hevc", "h264", "vp9"), ".mov": ("prores", "h264"),
@@ -30,7 +30,7 @@ _OLD_SHARE = 0.1
 class Case:
     """A damaged file, and how the product is run on it.
 
-    damage: the mutations that were applied, as text.  action: "film" and "picture" call
+    damage: the mutations that were applied, as text.  action: "video" and "picture" call
     process_video, "photo" and "bytes" look_from_photo, "look" and "catalogue" read a text file.
     by_command: run `makeup-video` itself, to check its exit code and its messages.
     has_old: an older output file exists, and -y is given.
@@ -92,7 +92,7 @@ def make_case(kind: str, seed: str, number: int, seeds: Seeds, as_is: bool = Fal
     case = Case(
         kind=kind, seed=seed, number=number, name=name, data=data, damage=damage, action=action
     )
-    if action in ("film", "picture"):
+    if action in ("video", "picture"):
         case = _with_output(r, case, as_is)
     by_command = r.random() < _COMMAND_SHARE * (0.5 if kind == "text" else 1)
     return replace(case, by_command=by_command)
@@ -109,14 +109,14 @@ def _damaged(r: Random, name: str, data: bytes, others: Sequence[bytes]) -> tupl
 
 def _action(r: Random, kind: str, name: str) -> str:
     if kind == "video":
-        return "film"
+        return "video"
     if kind == "text":
         return "look" if name.endswith(".json") else "catalogue"
     return r.choice(("photo", "photo", "bytes", "picture"))
 
 
 def _with_output(r: Random, case: Case, as_is: bool) -> Case:
-    end = r.choice(_FILM_ENDS if case.action == "film" else _PICTURE_ENDS)
+    end = r.choice(_VIDEO_ENDS if case.action == "video" else _PICTURE_ENDS)
     if as_is and end == ".webm":
         end = ".mkv"  # VP9 refuses fields, as it should
     options = [] if as_is else _options(r, case.action, end)

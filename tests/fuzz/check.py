@@ -34,15 +34,17 @@ def picture_faults(output: Path) -> list[str]:
     return ["the output picture does not decode"] if pixels is None else []
 
 
-def film_faults(source: Path, output: Path, report: dict[str, Any], trimmed: bool) -> list[str]:
+def video_faults(source: Path, output: Path, report: dict[str, Any], trimmed: bool) -> list[str]:
     """One line for each broken promise. trimmed: the run kept only a part of the source."""
     opened = open_video(source)
     painted = int(opened.video.index)
     before = read_streams(opened.container)
     opened.close()
     try:
-        with av.open(str(output), metadata_errors="replace", container_options=_AS_STORED) as film:
-            after = read_streams(film)
+        with av.open(
+            str(output), metadata_errors="replace", container_options=_AS_STORED
+        ) as container:
+            after = read_streams(container)
         return list(_faults(before, after, painted, output, report, trimmed))
     except av.FFmpegError as error:
         return [f"the output does not open or decode: {type(error).__name__}: {error}"]
@@ -117,8 +119,8 @@ def _frame_faults(output: Path, stream: Stream, report: dict[str, Any]) -> Itera
         yield f"{report['frames_in']} frames in, {reported} out"
     if len(stream.payloads) != reported:
         yield f"{reported} frames reported, {len(stream.payloads)} packets in the output"
-    with av.open(str(output), metadata_errors="replace") as film:
-        shown = sum(1 for _ in film.decode(film.streams[stream.index]))
+    with av.open(str(output), metadata_errors="replace") as container:
+        shown = sum(1 for _ in container.decode(container.streams[stream.index]))
     if shown != reported:
         yield f"{reported} frames reported, {shown} come out of the output's decoder"
 

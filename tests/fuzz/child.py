@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from fuzz.case import Case
-from fuzz.films import FILMS
+from fuzz.videos import VIDEOS
 
 REPORT = "report.json"
 FAULT = "fault"  # the outcome that is always wrong
@@ -51,10 +51,10 @@ def warm_up() -> None:
 
 def compile_kernels(kind: str, files: Mapping[str, bytes]) -> None:
     """Paint every seed with a face once: OpenCL caches its kernels on disk, so no case waits."""
-    faces = [name for name, film in FILMS.items() if film.has_face] if kind == "video" else []
+    faces = [name for name, video in VIDEOS.items() if video.has_face] if kind == "video" else []
     faces += ["plain.png"] if kind == "photo" else []
     for name in faces:
-        action, end = ("film", ".mkv") if kind == "video" else ("picture", ".png")
+        action, end = ("video", ".mkv") if kind == "video" else ("picture", ".png")
         with TemporaryDirectory() as folder, chdir(folder):
             case = Case(
                 kind=kind, seed="", number=0, name=name, data=files[name], damage="", action=action,
@@ -105,7 +105,7 @@ def answer_of_command(code: int, stderr: str, place: Path) -> Answer:
     return Answer(f"refused {ours[0]}", stderr)
 
 
-def _film(case: Case) -> Answer:
+def _video(case: Case) -> Answer:
     from makeup_video.pipeline import KINDS, Layer, Look, process_video, product
 
     look = Look()
@@ -159,6 +159,6 @@ def _catalogue(case: Case) -> Answer:
 
 
 _ACTIONS = {
-    "film": _film, "picture": _film, "photo": _photo, "bytes": _photo, "look": _look,
+    "video": _video, "picture": _video, "photo": _photo, "bytes": _photo, "look": _look,
     "catalogue": _catalogue,
 }  # fmt: skip

@@ -217,7 +217,7 @@ def _look_at(case: Case, report: dict[str, Any]) -> list[str]:
     """Compare the output with its report; runs in a child process."""
     if report["is_picture"]:
         return check.picture_faults(Path(str(case.output)))
-    return check.film_faults(Path(case.input), Path(str(case.output)), report, case.is_trimmed)
+    return check.video_faults(Path(case.input), Path(str(case.output)), report, case.is_trimmed)
 
 
 def _keep(case: Case, result: Result, keep: Path) -> None:

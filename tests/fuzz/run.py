@@ -149,7 +149,7 @@ def _start_worker(seeds: dict[str, Seeds]) -> None:
 def _play(job: Job) -> tuple[dict[str, str], Result]:
     case = make_case(job.kind, job.seed, job.number, _seeds[job.kind], job.as_is)
     result = play(case, job.limits, job.keep)
-    if job.as_is and case.action == "film" and result.outcome != "done" and not result.faults:
+    if job.as_is and case.action == "video" and result.outcome != "done" and not result.faults:
         result.faults.append(f"a whole file: {result.outcome} {result.detail}")
     return {"name": case.name, "damage": case.damage, "command": case.command}, result
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import av
-from fuzz import films, photos, texts
+from fuzz import photos, texts, videos
 
 KINDS = ("video", "photo", "text")
-_WRITERS = {"video": films.WRITERS, "photo": photos.WRITERS, "text": texts.WRITERS}
+_WRITERS = {"video": videos.WRITERS, "photo": photos.WRITERS, "text": texts.WRITERS}
 
 
 @dataclass(frozen=True)

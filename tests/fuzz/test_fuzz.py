@@ -14,9 +14,9 @@ from fuzz import child, run
 from fuzz.case import Case, make_case
 from fuzz.child import Answer
 from fuzz.mutate import GENERAL
-from fuzz.mutate_films import OWN as OWN_FILMS
 from fuzz.mutate_photos import OWN as OWN_PHOTOS
 from fuzz.mutate_texts import mutate_catalogue, mutate_look
+from fuzz.mutate_videos import OWN as OWN_VIDEOS
 from fuzz.play import IS_POSSIBLE, Limits, Result, play
 from fuzz.seeds import KINDS, make, make_seeds
 
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.skipif(not IS_POSSIBLE, reason="the fuzzer needs Linux"
 
 ROOT = Path(__file__).parents[2]
 CASE = Case(
-    kind="video", seed="s", number=0, name="a.mp4", data=b"film", damage="", action="film",
+    kind="video", seed="s", number=0, name="a.mp4", data=b"video", damage="", action="video",
     output="out.mkv",
 )  # fmt: skip
 
@@ -72,7 +72,7 @@ def test_a_seed_that_cannot_be_made_is_left_out_by_name(tmp_path):
     assert made.left_out == {"odd": "ValueError: no such encoder"}
 
 
-@pytest.mark.parametrize("kind", ["photo", "text"])  # of films, a rare encoding differs by chance
+@pytest.mark.parametrize("kind", ["photo", "text"])  # of videos, a rare encoding differs by chance
 def test_another_process_makes_the_same_cases(seeds, tmp_path, kind):
     words = ("--kind", kind, "--seed", "again", "--first", "3", "--count", "1")
     done = fuzz(*words, "--seconds", "0.001", "--keep", str(tmp_path))
@@ -97,7 +97,7 @@ def test_cases_follow_from_seed_and_number(seeds, kind):
     "data", [b"\0", b"ab", b"\xff\xd8\xff\xe0", b"II*\0", b"\x89PNG\r\n\x1a\n"]
 )
 def test_mutations_accept_any_remains_of_a_file(data):
-    own = [mutation for some in (*OWN_FILMS.values(), *OWN_PHOTOS.values()) for mutation in some]
+    own = [mutation for some in (*OWN_VIDEOS.values(), *OWN_PHOTOS.values()) for mutation in some]
     for number in range(20):
         for mutation in (*GENERAL, *own):
             assert isinstance(mutation(Random(number), data), bytes)
@@ -144,7 +144,7 @@ def test_errors_that_are_not_ours_are_found(monkeypatch, error):
     def fail(_):
         raise error
 
-    monkeypatch.setitem(child._ACTIONS, "film", fail)
+    monkeypatch.setitem(child._ACTIONS, "video", fail)
     (fault,) = play(CASE, Limits()).faults
     assert type(error).__name__ in fault
 
@@ -155,7 +155,7 @@ def test_an_error_of_two_lines_is_found(monkeypatch):
     def fail(_):
         raise InputError("one\ntwo")
 
-    monkeypatch.setitem(child._ACTIONS, "film", fail)
+    monkeypatch.setitem(child._ACTIONS, "video", fail)
     (fault,) = play(CASE, Limits()).faults
     assert "not one line" in fault
 

@@ -29,7 +29,7 @@ FILES = {"in.mp4", "out.mp4", "out.part.mp4", "report.json", "report.part.json"}
 
 @pytest.fixture(scope="module")
 def clip(tmp_path_factory):
-    """The bytes of a film of a face that moves back and forth, with audio."""
+    """The bytes of a video of a face that moves back and forth, with audio."""
     path = tmp_path_factory.mktemp("clip") / "in.mp4"
     rgb8 = cv2.resize(portrait(), (256, 304), interpolation=cv2.INTER_AREA)
     with av.open(str(path), "w") as out:
@@ -108,9 +108,9 @@ def test_a_killed_run_leaves_a_whole_output_or_none(tmp_path, clip, seconds, num
 def assert_nothing_half_done(folder: Path, clip: bytes, had: set[str]) -> None:
     assert (folder / "in.mp4").read_bytes() == clip
     assert set(os.listdir(folder)) <= FILES
-    film, report = folder / "out.mp4", folder / "report.json"
-    if film.exists() and film.read_bytes() != OLD:
-        assert is_whole(film)
+    video, report = folder / "out.mp4", folder / "report.json"
+    if video.exists() and video.read_bytes() != OLD:
+        assert is_whole(video)
     if report.exists() and report.read_bytes() != OLD:
         assert json.loads(report.read_text())["frames_out"] == FRAMES
     assert had <= set(os.listdir(folder))

@@ -1,4 +1,4 @@
-"""Films whose picture flashes when their sound claps."""
+"""Videos whose picture flashes when their sound claps."""
 
 from fractions import Fraction
 
@@ -9,7 +9,7 @@ FPS, RATE = 30, 44_100
 
 
 def clap_clip(path, seconds, *, sound_seconds=None):
-    """Write a film with a flash of two frames and a clap at each whole second but 0."""
+    """Write a video with a flash of two frames and a clap at each whole second but 0."""
     count = round((sound_seconds or seconds) * RATE)
     sound = np.zeros((1, count), np.float32)
     for second in range(1, seconds):
@@ -42,7 +42,7 @@ def _frame(sound, at, count):
 def marks(path):
     """Seconds at which the picture flashes, and at which the sound claps.
 
-    A film that begins within a flash may lack its clap, so the first picture is no flash.
+    A video that begins within a flash may lack its clap, so the first picture is no flash.
     """
     flashes, claps, last = [], [], 255.0
     with av.open(str(path)) as container:

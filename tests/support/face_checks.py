@@ -17,7 +17,7 @@ def error_percent(face: Face, true: np.ndarray, index=slice(None)) -> float:
 
 
 def run(pictures, finder: FindFaces | None = None, *, first_pts=0, **how):
-    """FrameFaces of each picture, tracked as a film."""
+    """FrameFaces of each picture, tracked as a video."""
     finder = finder or FindFaces()
     return [finder(frame_of(p, first_pts + index, **how)) for index, p in enumerate(pictures)]
 

@@ -53,7 +53,7 @@ def run_stage(stage, items):
     return out + list(getattr(stage, "drain", tuple)())
 
 
-def film(faces, time_base=Fraction(1, 30), every=1):
+def frames_of(faces, time_base=Fraction(1, 30), every=1):
     """One face per frame; None is a frame without a face."""
     return [
         FrameFaces(frame(index * every, time_base), () if item is None else (item,))

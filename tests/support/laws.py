@@ -15,7 +15,7 @@ from people import SAMPLES, TICK
 from skimage.color import xyz2lab
 
 # The sample, whose true points are known; faces as the product finds them
-FILM = SAMPLES / "in.mp4"
+SAMPLE = SAMPLES / "in.mp4"
 GAPING_MOUTHS = (193, 200)
 OPEN_MOUTHS = (60, 100, 110, *GAPING_MOUTHS)
 WORN = Look(
@@ -32,8 +32,8 @@ def same(left, right):
     return all(np.array_equal(a, b) for a, b in zip(left, right, strict=True))
 
 
-def film_frames(first, last):
-    with av.open(str(FILM)) as container:
+def sample_frames(first, last):
+    with av.open(str(SAMPLE)) as container:
         for number, picture in enumerate(container.decode(video=0)):
             if number > last:
                 return
@@ -42,12 +42,12 @@ def film_frames(first, last):
 
 
 @cache
-def film_scenes():
+def sample_scenes():
     """Frame number -> scene of a 1280 x 720 frame."""
     wanted = {*OPEN_MOUTHS, 185}
     return {
         frame.pts: scene_of(frame, find_faces_in_frame(frame)[0].faces)
-        for frame in film_frames(min(wanted), max(wanted))
+        for frame in sample_frames(min(wanted), max(wanted))
         if frame.pts in wanted
     }
 
@@ -60,7 +60,7 @@ def true_px(number):
 def share_changed(number, contour, shrunk_px, look, codes=2):
     """Share of the pixels at least shrunk_px inside a contour whose luma changed by more than
     some codes."""
-    scene = film_scenes()[number]
+    scene = sample_scenes()[number]
     old, new = scene.frame.planes[0].astype(int), paint_planes(scene, look)[0]
     within = inside(true_px(number)[contour], old.shape, shrunk_px)
     assert (np.abs(new - old) > 2).any()

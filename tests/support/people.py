@@ -66,10 +66,10 @@ def frame_of(
     return Frame(picture, pts, time_base, tags, rotation_degrees)
 
 
-def film(
+def write_video(
     path: Path, pictures: Sequence[np.ndarray], pix_fmt: str = "yuv420p", rotation_degrees: int = 0
 ) -> Path:
-    """Upright RGB pictures as a lossless film, stored with a rotation and its tag."""
+    """Upright RGB pictures as a lossless video, stored with a rotation and its tag."""
     with av.open(str(path), "w") as out:
         height, width = np.rot90(pictures[0], rotation_degrees // 90).shape[:2]
         stream = add_video(out, "ffv1", size_wh=(width, height), pix_fmt=pix_fmt)

@@ -62,7 +62,7 @@ def rich_clip(path, sound=("aac", "aac"), titles=None):
         streams[0].disposition = Disposition.default
         streams[1].disposition = Disposition.comment
         text = add_titles(out, titles) if titles else None
-        out.metadata.update({"title": "A film", "artist": "Somebody"})
+        out.metadata.update({"title": "A video", "artist": "Somebody"})
         ms = Fraction(1, 1000)
         out.set_chapters(
             [

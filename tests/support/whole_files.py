@@ -13,6 +13,6 @@ def through(src, dst, **settings):
     report = process_video(src, dst, None, Settings(**settings))
     assert report.frames_out == report.frames_in == len(decoded(dst))
     assert not report.damaged
-    # also set for films that the encoder holds back until the end
+    # also set for videos that the encoder holds back until the end
     assert report.first_packet_unix_seconds is not None
     return report

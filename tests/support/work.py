@@ -1,4 +1,4 @@
-"""Counts the work of painting a film; the counts do not depend on the machine or its load.
+"""Counts the work of painting a video; the counts do not depend on the machine or its load.
 
 `tests/test_work_per_frame.py` compares every count with a limit, which reveals a more expensive
 frame where times would only be noise.
@@ -20,7 +20,7 @@ import av
 import cv2
 import numpy as np
 import pyopencl as cl
-from makeup_video.benchmark.films import frame_of
+from makeup_video.benchmark.videos import frame_of
 from makeup_video.pipeline.engine.machine import one_opencv_thread
 from makeup_video.pipeline.faces.net import Net
 from makeup_video.pipeline.faces.nets import load_nets
@@ -35,7 +35,7 @@ _OPENCV_FUNCTIONS = ("remap", "warpAffine", "resize", "transform", "merge", "spl
 
 
 def measure_work(clip: Path, look: Look, frames: int) -> dict[str, float]:
-    """The mean work per frame over the first `frames` of a film; nothing is encoded.
+    """The mean work per frame over the first `frames` of a video; nothing is encoded.
 
     net_runs, and net_runs_<name> of each net.  kernels_launched.  work_items: total of these
     kernels.  bytes_converted: size of the pictures that OpenCV returned (crops, maps, blurs).

@@ -246,7 +246,7 @@ class Cameras:
 
     def choices(self):
         return {
-            "names": ["/dev/video0", "/dev/video1"], "name": "film.mp4",
+            "names": ["/dev/video0", "/dev/video1"], "name": "video.mp4",
             "sizes": ["640x480"], "size": "1280x720",
         }  # fmt: skip
 
@@ -280,8 +280,8 @@ def test_pages_choose_what_is_offered_and_no_other_file(name, size):
     with pytest.raises(UsageError, match="is not offered: choose one of"):
         session.choose_camera(name, size)
     for own in ("1280x720", ""):  # that of now, and the one that was asked for
-        session.choose_camera("film.mp4", own)
-    assert cameras.chosen == (("film.mp4", "1280x720"), ("film.mp4", ""))
+        session.choose_camera("video.mp4", own)
+    assert cameras.chosen == (("video.mp4", "1280x720"), ("video.mp4", ""))
 
 
 def test_both_are_the_camera_s_picture_beside_the_painted_one(parts):

@@ -146,7 +146,7 @@ def measure_stillness(nets: FaceNets) -> None:
     raw, steady, seconds = [], [], []
     for at in range(STILL_FRAMES):
         noisy = ground + rng.normal(0, NOISE_SIGMA, ground.shape)
-        frame = film_frame(np.clip(np.rint(noisy), 0, 255).astype(np.uint8), at)
+        frame = video_frame(np.clip(np.rint(noisy), 0, 255).astype(np.uint8), at)
         began = time.thread_time()
         item = find(frame)
         later = smooth(item)
@@ -160,7 +160,7 @@ def measure_stillness(nets: FaceNets) -> None:
           f"mean {1e3 * np.mean(seconds[5:]):.2f}, with detection of new faces")  # fmt: skip
 
 
-def film_frame(bgr8: np.ndarray, at: int) -> Frame:
+def video_frame(bgr8: np.ndarray, at: int) -> Frame:
     """Frame `at` of a video at 30 fps, as cameras store it: 4:2:0, BT.709, limited range."""
     picture = av.VideoFrame.from_ndarray(bgr8, format="bgr24").reformat(
         format="yuv420p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.MPEG

@@ -19,7 +19,7 @@ from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 _LIVE = PLAYS_EVERYWHERE._replace(name="live", pix_fmts=("yuv420p",))
 # The defaults of the USB Video Class, of which a camera's JPEGs have their own range.
 _USB_VIDEO = ColourTags(matrix=6, range=1, transfer=1, primaries=1)
-# DV, HDV and anamorphic film have 8:15 to 2; values beyond these limits are errors
+# DV, HDV and anamorphic video have 8:15 to 2; values beyond these limits are errors
 _ASPECTS = Fraction(1, 4), Fraction(4)
 # MP4 and MPEG-TS count in 1/90000 s, and take no two pictures of one time. A picture that was read
 # late has a later time than the next one has, if that one waited for the thread that reads.

@@ -17,7 +17,7 @@ RED, BLUE = (Look(lips=product(rgb, "satin")) for rgb in ((180, 0, 40), (10, 30,
 def job_in(folder, name="a", look=RED):
     source = folder / f"{name}.mp4"
     if not source.exists():
-        source.write_bytes(b"film")
+        source.write_bytes(b"video")
     return Job(str(source), (JobLook("red", look, str(folder / f"{name}-red.mp4")),), Settings())
 
 
@@ -77,7 +77,7 @@ def test_an_entry_of_other_work_does_not_count(tmp_path):
         assert journal.entry(other, other.looks[0]) is None
         assert journal.entry(Job(job.source, job.looks, Settings(crf=10)), look) is None
         assert journal.entry(Job(job.source, job.looks, Settings(overwrite=True)), look)
-        (tmp_path / "a.mp4").write_bytes(b"another film")
+        (tmp_path / "a.mp4").write_bytes(b"another video")
         assert journal.entry(job, look) is None and journal.knows(look.output)
 
 
@@ -87,7 +87,7 @@ def test_an_input_that_was_replaced_meanwhile_is_not_done(tmp_path):
     with Journal(tmp_path / "j.jsonl") as journal:
         journal.begin(job)
         Path(look.output).write_bytes(b"done")
-        Path(job.source).write_bytes(b"another film")
+        Path(job.source).write_bytes(b"another video")
         journal.end(job, [done(job)])
         assert journal.entry(job, look) is None
 
@@ -95,7 +95,7 @@ def test_an_input_that_was_replaced_meanwhile_is_not_done(tmp_path):
 def test_a_moved_folder_keeps_its_journal(tmp_path):
     old, new = tmp_path / "old", tmp_path / "new"
     old.mkdir()
-    (old / "in.mp4").write_bytes(b"film")
+    (old / "in.mp4").write_bytes(b"video")
 
     def job(folder):
         look = JobLook("red", RED, str(folder / "a.mp4"))

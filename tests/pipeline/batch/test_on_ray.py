@@ -24,7 +24,7 @@ from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.run import run_batch
 from makeup_video.pipeline.batch.task import do_job
 from media import decoded, make_clip
-from people import clip, film
+from people import clip, write_video
 
 os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
 cluster_utils = pytest.importorskip("ray.cluster_utils", reason="needs makeup-video[ray]")
@@ -73,8 +73,8 @@ def run(nodes, folder, jobs, heard=None, **how):
 @pytest.mark.parametrize("ship", [False, True])
 def test_jobs_are_done_and_a_bad_one_fails_alone(nodes, tmp_path, ship, monkeypatch):
     monkeypatch.chdir(tmp_path)  # outputs are named relative to this folder
-    good, bad = film(tmp_path / "good.mkv", clip(12)), tmp_path / "bad.mkv"
-    bad.write_text("no film")
+    good, bad = write_video(tmp_path / "good.mkv", clip(12)), tmp_path / "bad.mkv"
+    bad.write_text("no video")
     jobs = [job_of(path.relative_to(tmp_path), "a", "b", codec="ffv1") for path in (good, bad)]
     heard = Heard()
     results = run(nodes, tmp_path, jobs, heard, ship=ship)
@@ -90,7 +90,7 @@ def test_jobs_are_done_and_a_bad_one_fails_alone(nodes, tmp_path, ship, monkeypa
 
 @pytest.mark.parametrize("ship", [False, True])
 def test_a_job_whose_process_is_killed_is_done_again(nodes, tmp_path, ship):
-    job = job_of(film(tmp_path / "in.mkv", clip(40)), "a", codec="ffv1")
+    job = job_of(write_video(tmp_path / "in.mkv", clip(40)), "a", codec="ffv1")
     killed = []
 
     def kill(progress):
@@ -117,7 +117,9 @@ def _kill_painter():
 
 
 def test_a_node_that_is_lost_gives_its_job_to_another(nodes, tmp_path):
-    jobs = [job_of(film(tmp_path / f"{name}.mkv", clip(40)), "x", codec="ffv1") for name in "ab"]
+    jobs = [
+        job_of(write_video(tmp_path / f"{name}.mkv", clip(40)), "x", codec="ffv1") for name in "ab"
+    ]
     lost = nodes.add_node(num_cpus=1, object_store_memory=100_000_000)
     removed = []
 
@@ -243,9 +245,9 @@ def test_an_input_that_is_gone_fails_alone(nodes, tmp_path):
 
 
 @pytest.mark.parametrize("ship", [False, True])
-def test_segments_of_a_film_are_painted_on_the_cluster(nodes, tmp_path, ship):
-    """The worker of one segment is killed; the film is that of processes of this machine."""
-    src = film(tmp_path / "in.mkv", clip(90))  # every frame is a key frame
+def test_segments_of_a_video_are_painted_on_the_cluster(nodes, tmp_path, ship):
+    """The worker of one segment is killed; the video is that of processes of this machine."""
+    src = write_video(tmp_path / "in.mkv", clip(90))  # every frame is a key frame
     settings = Settings(codec="ffv1", split_minutes=Fraction(1, 60))
     killed, counts = [], []
 

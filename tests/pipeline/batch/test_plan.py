@@ -17,7 +17,7 @@ RED = Look(lips=product((180, 0, 40), "satin"))
 
 
 class Case:
-    """One film without a face, one output, one journal."""
+    """One video without a face, one output, one journal."""
 
     def __init__(self, folder):
         self.output = folder / "out.mp4"
@@ -109,7 +109,7 @@ def test_a_changed_output_is_named_and_left_alone(case, damage):
 
 def test_a_kill_while_writing_leaves_a_part_that_is_removed(case):
     case.journal.begin(case.job)
-    case.part.write_bytes(b"half a film")
+    case.part.write_bytes(b"half a video")
     assert case.plan().todo == [case.job]
     assert not case.part.exists()
 

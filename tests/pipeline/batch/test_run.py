@@ -1,4 +1,4 @@
-"""Jobs in processes: a crash, a bad film or a full folder ends one job, Ctrl-C ends them all."""
+"""Jobs in processes: a crash, a bad video or a full folder ends one job, Ctrl-C ends them all."""
 
 import os
 import signal
@@ -25,7 +25,7 @@ from makeup_video.pipeline.batch.task import run_job
 from makeup_video.pipeline.engine.processes import ChildProcess
 from makeup_video.pipeline.images import picture_size
 from media import make_clip
-from people import SAMPLES, clip, film
+from people import SAMPLES, clip, write_video
 
 BARE = Look()
 BERRY = Look(lips=product((120, 10, 60), "satin"))
@@ -56,7 +56,7 @@ def job_of(source, *names, look=BARE):
 @pytest.mark.parametrize("at_once", [1, 2])
 def test_every_job_is_done_and_a_bad_one_fails_alone(tmp_path, at_once):
     sources = [make_clip(tmp_path / f"{name}.mp4") for name in "abc"]
-    (tmp_path / "b.mp4").write_text("no film")
+    (tmp_path / "b.mp4").write_text("no video")
     jobs = [job_of(source, "one", "two") for source in map(str, sources)]
     heard = Heard()
     with Journal(tmp_path / "j.jsonl") as journal:
@@ -72,7 +72,7 @@ def test_every_job_is_done_and_a_bad_one_fails_alone(tmp_path, at_once):
 
 
 def test_a_process_that_dies_ends_its_job_alone(tmp_path):
-    long = film(tmp_path / "long.mkv", clip(40) * 6)  # not done before it is killed
+    long = write_video(tmp_path / "long.mkv", clip(40) * 6)  # not done before it is killed
     short = make_clip(tmp_path / "short.mp4")
     worker = ChildProcess()
     killed = []
@@ -116,7 +116,7 @@ def test_ctrl_c_ends_all_jobs_and_leaves_no_part(tmp_path):
     def interrupt():
         raise KeyboardInterrupt
 
-    jobs = [job_of(str(film(tmp_path / f"{name}.mkv", clip(40))), "a", look=BERRY)
+    jobs = [job_of(str(write_video(tmp_path / f"{name}.mkv", clip(40))), "a", look=BERRY)
             for name in "ab"]  # fmt: skip
     with Journal(tmp_path / "j.jsonl") as journal, pytest.raises(StoppedError):
         run_batch(jobs, journal, Heard(interrupt), local_workers(2))
@@ -125,7 +125,7 @@ def test_ctrl_c_ends_all_jobs_and_leaves_no_part(tmp_path):
 
 
 def test_results_in_a_process_are_those_of_run_job(tmp_path):
-    job = job_of(str(film(tmp_path / "a.mkv", clip(30))), "x", look=BERRY)
+    job = job_of(str(write_video(tmp_path / "a.mkv", clip(30))), "x", look=BERRY)
     worker, seen = ChildProcess(), []
     try:
         (there,) = worker.run(run_job, job, seen.append)

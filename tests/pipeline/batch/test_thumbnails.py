@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from makeup_video.pipeline.batch.thumbnails import thumbnail, thumbnails
 from makeup_video.pipeline.images import picture_size
-from people import clip, film
+from people import clip, write_video
 
 
 def shown(data):
@@ -18,14 +18,15 @@ def off(data, rgb8):
 
 
 @pytest.mark.parametrize("rotation", [0, 90, 180, 270])
-def test_a_moment_of_a_film_is_shown_upright(tmp_path, rotation):
-    src = film(tmp_path / "in.mkv", clip(40), rotation_degrees=rotation)
+def test_a_moment_of_a_video_is_shown_upright(tmp_path, rotation):
+    src = write_video(tmp_path / "in.mkv", clip(40), rotation_degrees=rotation)
     assert off(thumbnail(src), clip(40)[30]) < 4
     assert off(thumbnail(src, 1.2), clip(40)[39]) < 4  # the last one
 
 
 def test_input_and_output_are_shown_at_the_same_moment(tmp_path):
-    src, part = film(tmp_path / "in.mkv", clip(40)), film(tmp_path / "out.mkv", clip(40)[6:])
+    src = write_video(tmp_path / "in.mkv", clip(40))
+    part = write_video(tmp_path / "out.mkv", clip(40)[6:])
     before, after = thumbnails(str(src), str(part), 0.2)
     assert np.abs(shown(before) - shown(after)).mean() < 1
     assert off(after, clip(40)[36]) < 4
@@ -45,7 +46,7 @@ def test_an_output_may_be_larger_than_any_input(tmp_path, monkeypatch):
     assert before is None and shown(after).shape[1::-1] == (60, 40)
 
 
-@pytest.mark.parametrize("data", [b"", b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"no film at all"])
+@pytest.mark.parametrize("data", [b"", b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"no video at all"])
 def test_an_unreadable_file_has_no_picture(tmp_path, data):
     (tmp_path / "a.mp4").write_bytes(data)
     assert thumbnail(tmp_path / "a.mp4") is None

@@ -124,7 +124,7 @@ def test_ctrl_c_stops_all_jobs():
 def test_a_stopped_worker_does_no_job():
     worker = ChildProcess(3)
     worker.stop()
-    with pytest.raises(UsageError, match="workers serve one film"):
+    with pytest.raises(UsageError, match="workers serve one video"):
         worker.run(process_tasks.square, 1, lambda value: None)
     worker.stop()
     assert worker.process_id is None

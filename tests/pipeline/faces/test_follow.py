@@ -51,7 +51,7 @@ def landmarks(moved: float, lips_at: complex = 0j, painted: int = 100) -> FaceLa
         (landmarks(0.005), landmarks(0.01), False),
         (landmarks(0.005), landmarks(0.01, lips_at=6 + 0j), True),  # the lips jump
         (landmarks(0.005), landmarks(0.01, painted=45), True),  # the lips vanish
-        (landmarks(0.005), landmarks(0.06), True),  # the film jerks
+        (landmarks(0.005), landmarks(0.06), True),  # the video jerks
         (landmarks(0.04), landmarks(0.06), False),  # the head is moving
     ],
 )

@@ -86,7 +86,7 @@ def test_the_eyes_of_the_portrait_stay_open(monkeypatch):
 
 @pytest.fixture(scope="module")
 def openings():
-    """(frames, 2, 2): of both eyes in the sample film, as the net reads them and in the end."""
+    """(frames, 2, 2): of both eyes in the sample video, as the net reads them and in the end."""
     seen = []
 
     def note(points, *rest):
@@ -94,10 +94,10 @@ def openings():
         close_shut_eyes(points, *rest)
         seen.append(list(zip(before, map(opening_of, points), strict=True)))
 
-    with pytest.MonkeyPatch.context() as patch, av.open(str(SAMPLES / "in.mp4")) as film:
+    with pytest.MonkeyPatch.context() as patch, av.open(str(SAMPLES / "in.mp4")) as container:
         patch.setattr(face_nets, "close_shut_eyes", note)
         paint, rows = Painter(ready_look("cat-eye").look), []
-        for number, frame in enumerate(film.decode(video=0)):
+        for number, frame in enumerate(container.decode(video=0)):
             if number == 150:
                 break
             paint(frame.to_ndarray(format="rgb24"), number / 30)
@@ -105,7 +105,7 @@ def openings():
     return np.array(rows)
 
 
-def test_blinks_of_the_sample_film_shut_the_eyes(openings):
+def test_blinks_of_the_sample_video_shut_the_eyes(openings):
     """No net or model was trained on it: three blinks, each shut in one frame at least."""
     before, now = openings[..., 0], openings[..., 1]
     assert before.min() > 0.1

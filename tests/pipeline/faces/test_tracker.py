@@ -1,4 +1,4 @@
-"""Faces are found, told apart, tracked, lost and found again in a film."""
+"""Faces are found, told apart, tracked, lost and found again in a video."""
 
 from fractions import Fraction
 
@@ -21,7 +21,7 @@ def test_no_more_than_thirty_two_faces_are_followed():
 
 
 @pytest.mark.parametrize("rotation", [90, 180, 270])
-def test_a_rotated_film_is_followed_in_stored_pixels(rotation):
+def test_a_rotated_video_is_followed_in_stored_pixels(rotation):
     plain = run(clip()[:6])
     turned = run(clip()[:6], rotation_degrees=rotation)
     for a, b in zip(plain, turned, strict=True):
@@ -31,7 +31,7 @@ def test_a_rotated_film_is_followed_in_stored_pixels(rotation):
         assert lips == pytest.approx(want, abs=1.5)
 
 
-# --- films
+# --- videos
 
 
 def test_a_talking_head_keeps_its_number_and_its_points():
@@ -89,7 +89,7 @@ def test_a_new_face_is_picked_up_within_half_a_second(rate):
     assert first / rate <= 0.5
 
 
-def test_a_small_face_is_picked_up_in_a_large_film():
+def test_a_small_face_is_picked_up_in_a_large_video():
     ground = cv2.resize(wall(), (3840, 2160))
     finder = FindFaces()
     empty = finder(frame_of(ground, 0))

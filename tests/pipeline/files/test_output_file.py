@@ -61,11 +61,11 @@ def test_a_nul_in_the_name_of_an_output_is_one_line(tmp_path, source):
 @pytest.mark.parametrize("overwrite", [False, True])
 def test_the_input_may_lie_where_the_output_would_grow(tmp_path, source, overwrite):
     """A part file that Ctrl-C left behind is a valid input and must not be destroyed."""
-    part = source.rename(tmp_path / "film.part.mp4")
+    part = source.rename(tmp_path / "video.part.mp4")
     before = part.read_bytes()
     with pytest.raises(UsageError, match="under which this output would be written"):
-        process_video(part, tmp_path / "film.mp4", None, Settings(overwrite=overwrite))
-    assert part.read_bytes() == before and names(tmp_path) == ["film.part.mp4"]
+        process_video(part, tmp_path / "video.mp4", None, Settings(overwrite=overwrite))
+    assert part.read_bytes() == before and names(tmp_path) == ["video.part.mp4"]
 
 
 def test_an_old_part_is_only_overwritten_when_asked(tmp_path, source):

@@ -177,7 +177,7 @@ def test_black_and_white_codes_are_black_and_white_in_rgb(matrix, range_, black,
 
 
 @pytest.mark.parametrize(("size", "matrix"), [((640, 480), 6), ((1920, 1080), 1)])
-def test_untagged_films_count_as_players_take_them(size, matrix):
+def test_untagged_videos_count_as_players_take_them(size, matrix):
     untagged, tagged = (_to_rgb_matrix(ColourTags(code), *size) for code in (2, matrix))
     np.testing.assert_array_equal(untagged, tagged)
 

@@ -10,7 +10,7 @@ from media import add_video, encode_frames
 WIDTH = 336  # of no other test's pictures
 
 
-def turned_film(path):
+def turned_video(path):
     with av.open(str(path), "w") as out:
         stream = add_video(out, size_wh=(WIDTH, 48))
         stream.set_display_rotation(90)
@@ -19,7 +19,7 @@ def turned_film(path):
 
 
 def test_the_bytes_are_those_of_the_picture(tmp_path):
-    with av.open(str(turned_film(tmp_path / "in.mp4"))) as container:
+    with av.open(str(turned_video(tmp_path / "in.mp4"))) as container:
         picture = next(container.decode(video=0))
     matrix = side_data(picture, "DISPLAYMATRIX")
     assert matrix == bytes(picture.side_data["DISPLAYMATRIX"]) and len(matrix) == 36
@@ -31,7 +31,7 @@ def test_the_bytes_are_those_of_the_picture(tmp_path):
 
 
 def test_no_picture_waits_for_the_garbage_collector(tmp_path):
-    path = turned_film(tmp_path / "in.mp4")
+    path = turned_video(tmp_path / "in.mp4")
     gc.collect()
     gc.disable()
     try:

@@ -27,18 +27,18 @@ def used(monkeypatch):
     return seen
 
 
-def test_the_warm_up_runs_every_net_and_kernel_of_a_film(used):
+def test_the_warm_up_runs_every_net_and_kernel_of_a_video(used):
     find, scene = FindFaces(), BuildScene()
     paint = Composite(
         Look(lips=product((180, 0, 30), "gloss"), eyes=product((20, 40, 90), "satin", "eyes"))
     )
     for number, rgb8 in enumerate(clip(4)):
         paint(scene(find(frame_of(rgb8, number))))
-    of_film = set(used)
-    assert len(of_film) >= 4 + 4  # nets and kernels
+    of_video = set(used)
+    assert len(of_video) >= 4 + 4  # nets and kernels
     used.clear()
     warm_up(scene, paint)
-    assert used >= of_film
+    assert used >= of_video
 
 
 @pytest.mark.parametrize("faces", ["all", "7"])

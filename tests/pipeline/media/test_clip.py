@@ -19,7 +19,7 @@ def packet(start_ms, duration_ms=100, kind="audio", **more):
 
 
 @given(st.integers(-1000, 9000))
-def test_a_whole_film_keeps_every_packet_as_it_is(start_ms):
+def test_a_whole_video_keeps_every_packet_as_it_is(start_ms):
     sound = packet(start_ms)
     assert Clip().take(sound) and (sound.pts, sound.dts, sound.duration) == (start_ms,) * 2 + (100,)
 

@@ -55,7 +55,7 @@ def test_sound_and_picture_stay_together_after_a_jump(tmp_path):
     )
 
 
-def test_a_film_whose_clock_jumps_is_painted_whole(tmp_path):
+def test_a_video_whose_clock_jumps_is_painted_whole(tmp_path):
     src = joined(tmp_path, 4, 0)
     report = process_video(src, tmp_path / "out.mp4", None, Settings(split_minutes=Fraction(1, 60)))
     assert report.frames_out == 120 and "clock jumps" in report.why_whole
@@ -76,17 +76,17 @@ def packet(kind, seconds):
     return SimpleNamespace(stream=stream, time_base=tick, dts=ticks, pts=ticks, duration=3000)
 
 
-def mended(film):
-    """The clock's jumps, and the seconds of a film's packets, [(kind, seconds)], on that clock."""
+def mended(sent):
+    """The clock's jumps, and the seconds of a video's packets, [(kind, seconds)], on that clock."""
     jumps, moved = ClockJumps(SimpleNamespace(has_free_clock=True)), []
-    for kind, seconds in film:
+    for kind, seconds in sent:
         moved.append(packet(kind, seconds))
         jumps(moved[-1])
     return jumps.jumps, [one.pts / 90000 for one in moved]
 
 
 def test_one_packet_astray_moves_nothing_else():
-    film = [
+    sent = [
         ("video", 5),
         ("audio", 5),
         ("audio", 1),
@@ -94,14 +94,14 @@ def test_one_packet_astray_moves_nothing_else():
         ("video", 5.1),
         ("audio", 5.2),
     ]
-    jumps, times = mended(film)
+    jumps, times = mended(sent)
     assert jumps == []
-    off = [time - seconds for time, (_, seconds) in zip(times, film, strict=True)]
+    off = [time - seconds for time, (_, seconds) in zip(times, sent, strict=True)]
     assert [round(by, 3) for at, by in enumerate(off) if at != 2] == [0] * 5
 
 
 def test_a_stream_joins_at_the_jump_that_the_others_have_made():
-    film = [
+    sent = [
         ("video", 5),
         ("video", 0),
         ("video", 0.1),
@@ -109,10 +109,10 @@ def test_a_stream_joins_at_the_jump_that_the_others_have_made():
         ("video", -2),
         ("video", -1.9),
     ]
-    film += [("audio", -1.9), ("audio", -1.8)]
-    jumps, times = mended(film)
+    sent += [("audio", -1.9), ("audio", -1.8)]
+    jumps, times = mended(sent)
     video, audio = (
-        [time for time, (kind, _) in zip(times, film, strict=True) if kind == wanted]
+        [time for time, (kind, _) in zip(times, sent, strict=True) if kind == wanted]
         for wanted in ("video", "audio")
     )
     assert len(jumps) == 2 and video == sorted(video)
@@ -120,7 +120,7 @@ def test_a_stream_joins_at_the_jump_that_the_others_have_made():
 
 
 def test_words_move_with_sound_and_picture():
-    film = [
+    sent = [
         ("video", 5),
         ("audio", 5),
         ("subtitle", 5),
@@ -128,10 +128,10 @@ def test_words_move_with_sound_and_picture():
         ("video", 0),
         ("subtitle", 40),
     ]
-    jumps, times = mended(film)
+    jumps, times = mended(sent)
     (_, by), *more = jumps
     assert not more and 5 < by < 5.1
-    assert [time - seconds for time, (_, seconds) in zip(times, film, strict=True)] == (
+    assert [time - seconds for time, (_, seconds) in zip(times, sent, strict=True)] == (
         pytest.approx([0, 0, 0, by, by, by])
     )
 
@@ -143,6 +143,6 @@ def test_words_that_stay_long_leave_no_gap_at_a_jump():
 
 @given(st.lists(st.fractions(min_value=Fraction(-9, 10), max_value=100), max_size=20))
 def test_a_clock_that_never_jumps_back_stays(steps):
-    film = [("video", seconds) for seconds in accumulate(steps, initial=Fraction(100))]
-    jumps, times = mended(film)
-    assert not jumps and times == [packet(*one).pts / 90000 for one in film]
+    sent = [("video", seconds) for seconds in accumulate(steps, initial=Fraction(100))]
+    jumps, times = mended(sent)
+    assert not jumps and times == [packet(*one).pts / 90000 for one in sent]

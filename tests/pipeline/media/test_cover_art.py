@@ -37,7 +37,7 @@ def tags_of(path):
         return {key.lower(): value for key, value in container.metadata.items()}
 
 
-@pytest.mark.parametrize("tags", [{}, {"title": "A film"}, {"TITLE": "A film", "ARTIST": "X"}])
+@pytest.mark.parametrize("tags", [{}, {"title": "A video"}, {"TITLE": "A video", "ARTIST": "X"}])
 @pytest.mark.parametrize("end", [".mp4", ".m4v"])
 def test_a_cover_from_matroska_is_kept_with_the_ordinary_tags(tmp_path, tags, end):
     src = with_cover(tmp_path / "in.mkv", **tags)
@@ -55,7 +55,7 @@ def test_a_cover_goes_to_mp4_and_back(tmp_path):
 
 
 def test_odd_tags_beside_a_cover_are_left_out_by_name(tmp_path):
-    src = with_cover(tmp_path / "in.mkv", title="A film", Mood="calm")
+    src = with_cover(tmp_path / "in.mkv", title="A video", Mood="calm")
     report = process_video(src, tmp_path / "out.mp4")
     assert covers_of(tmp_path / "out.mp4") == [picture_bytes()]
     assert len(report.dropped) == 1 and "mood" in report.dropped[0].lower()

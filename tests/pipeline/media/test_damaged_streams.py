@@ -57,7 +57,7 @@ def test_a_full_disk_is_not_called_damage_of_the_input(tmp_path, monkeypatch, nu
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_random_damage_in_the_sound_never_stops_the_film(tmp_path, seed):
+def test_random_damage_in_the_sound_never_stops_the_video(tmp_path, seed):
     src = make_clip(tmp_path / "in.mkv", audio="aac", frames=30)
     data, rng = bytearray(src.read_bytes()), random.Random(seed)
     for _, payload in packets_of(src, "audio")[2::3]:

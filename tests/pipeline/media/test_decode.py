@@ -74,7 +74,7 @@ def test_a_file_with_only_audio_is_refused(tmp_path):
     assert "audio/aac" in str(error)
 
 
-def test_a_film_of_zero_frames_is_refused(tmp_path):
+def test_a_video_of_zero_frames_is_refused(tmp_path):
     with av.open(str(tmp_path / "in.mp4"), "w") as out:
         add_video(out)
         out.start_encoding()

@@ -5,7 +5,7 @@ import random
 import pytest
 from makeup_video.pipeline import process_video
 from media import decoded, make_clip
-from split_films import hidden_frames
+from split_videos import hidden_frames
 
 
 @pytest.mark.parametrize("end", [".mp4", ".mkv"])

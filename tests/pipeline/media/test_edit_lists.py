@@ -36,7 +36,7 @@ def with_edits(path, *edits):
 
 
 def cut_twice(path, audio):
-    """The first and the third second of a film of three."""
+    """The first and the third second of a video of three."""
     make_clip(path, frames=90, audio=audio, options={"bf": "0", "g": "30"})
     first = 1024 if audio == "aac" else 0
     return with_edits(
@@ -48,7 +48,7 @@ def cut_twice(path, audio):
 
 @pytest.mark.parametrize("audio", ["aac", "pcm_s16le"])
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv", ".webm"])
-def test_a_film_with_two_edits_is_not_damaged(tmp_path, audio, end):
+def test_a_video_with_two_edits_is_not_damaged(tmp_path, audio, end):
     src, out = cut_twice(tmp_path / "in.mov", audio), tmp_path / f"out{end}"
     assert len(decoded(src)) == 60 and len(packets_of(src, "audio")) > 94
     report = process_video(src, out)

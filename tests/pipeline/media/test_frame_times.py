@@ -92,7 +92,7 @@ def test_no_picture_is_shown_beyond_the_next_one(pts, lengths, end):
 
 @pytest.mark.parametrize("still_at", [20, 40, 57])
 @pytest.mark.parametrize("codec", ["h264", "hevc"])
-def test_a_picture_that_stands_still_makes_no_film_longer(tmp_path, codec, still_at):
+def test_a_picture_that_stands_still_makes_no_video_longer(tmp_path, codec, still_at):
     """mp4 stores durations in the order of decoding, in which the next picture may be another."""
     pts = [i if i < still_at else i + 150 for i in range(60)]
     src = make_clip(tmp_path / "in.mp4", codec, pts=pts, options={"bf": "3"})

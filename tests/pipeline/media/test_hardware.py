@@ -12,7 +12,7 @@ from makeup_video.pipeline.media.pixel_format import bits_of
 from media import decoded, make_clip
 
 H264, HEVC = CODECS["h264"], CODECS["hevc"]
-FILM = EncoderNeeds((256, 144), "yuv420p")
+VIDEO = EncoderNeeds((256, 144), "yuv420p")
 
 
 def lists(monkeypatch, *names):
@@ -38,7 +38,7 @@ def broken(monkeypatch):
 def working(monkeypatch):
     """NVENC works: others stand in for it, in trials one that takes every format of pixels.
 
-    Returns the streams of all trials and films.
+    Returns the streams of all trials and videos.
     """
     lists(monkeypatch, "h264_nvenc", "hevc_nvenc")
     stand_in = HARDWARE["nvenc"]._replace(options=lambda crf, preset: {"crf": str(crf)})
@@ -69,10 +69,10 @@ def painted(tmp_path, name, **settings):
 
 
 def test_no_hardware_is_the_default(working, tmp_path):
-    assert Settings().hardware == "none" and pick_encoder(H264, "none", FILM) == (H264, "")
+    assert Settings().hardware == "none" and pick_encoder(H264, "none", VIDEO) == (H264, "")
     report = painted(tmp_path, "none")
     assert report.encoder == "libx264" and report.encoder_note == ""
-    assert formats(working) == ["yuv420p"]  # the film's alone
+    assert formats(working) == ["yuv420p"]  # the video's alone
 
 
 @pytest.mark.parametrize("name", ["auto", "nvenc"])
@@ -80,7 +80,7 @@ def test_an_encoder_that_works_is_used_and_named(working, tmp_path, name):
     report = painted(tmp_path, name)
     assert report.codec == "h264" and report.encoder == "h264_nvenc"
     assert report.warnings() == ["encoder: h264_nvenc"]
-    assert formats(working) == ["nv12", "nv12"]  # the trial's, and the film's
+    assert formats(working) == ["nv12", "nv12"]  # the trial's, and the video's
 
 
 def test_what_does_not_work_is_left_for_the_usual_encoder(broken, tmp_path):
@@ -111,37 +111,37 @@ def test_an_encoder_that_opens_and_encodes_nothing_is_left(working, monkeypatch)
         return Silent(container.add_stream("libx264", rate=rate))
 
     monkeypatch.setattr(hardware, "add_stream", add_stream)
-    codec, note = pick_encoder(H264, "auto", FILM)
+    codec, note = pick_encoder(H264, "auto", VIDEO)
     assert codec is H264 and "nvenc: it encodes nothing" in note
 
 
 @pytest.mark.parametrize(
     ("wanted", "reason"),
     [
-        (FILM._replace(interlaced=True), "fields of an interlaced video"),
-        (FILM._replace(preset="veryfast"), "preset must be one of p1"),
-        (FILM._replace(depth=10), "bit_depth must be 8 for h264"),
+        (VIDEO._replace(interlaced=True), "fields of an interlaced video"),
+        (VIDEO._replace(preset="veryfast"), "preset must be one of p1"),
+        (VIDEO._replace(depth=10), "bit_depth must be 8 for h264"),
     ],
 )
-def test_auto_leaves_what_cannot_do_the_film(working, wanted, reason):
+def test_auto_leaves_what_cannot_do_the_video(working, wanted, reason):
     codec, note = pick_encoder(H264, "auto", wanted)
     assert codec is H264 and reason in note and working == []
 
 
 def test_a_named_encoder_takes_its_own_presets_alone(working):
-    assert pick_encoder(H264, "nvenc", FILM._replace(preset="p1"))[1] == "h264_nvenc"
+    assert pick_encoder(H264, "nvenc", VIDEO._replace(preset="p1"))[1] == "h264_nvenc"
     with pytest.raises(UsageError, match="preset must be one of p1, "):
-        pick_encoder(H264, "nvenc", FILM._replace(preset="veryfast"))
+        pick_encoder(H264, "nvenc", VIDEO._replace(preset="veryfast"))
 
 
 def test_ten_bits_are_handed_over_as_the_chip_wants_them(working):
-    codec, note = pick_encoder(HEVC, "auto", FILM._replace(pix_fmt="yuv420p10le"))
+    codec, note = pick_encoder(HEVC, "auto", VIDEO._replace(pix_fmt="yuv420p10le"))
     assert note == codec.encoder == "hevc_nvenc" and formats(working) == ["p010le"]
 
 
 @pytest.mark.parametrize("name", ["av1", "vp9", "ffv1", "prores"])
 def test_codecs_with_another_scale_of_quality_have_none(working, name):
-    codec, note = pick_encoder(CODECS[name], "auto", FILM)
+    codec, note = pick_encoder(CODECS[name], "auto", VIDEO)
     assert codec is CODECS[name] and note.startswith(codec.encoder)
 
 

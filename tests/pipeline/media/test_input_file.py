@@ -73,7 +73,7 @@ def test_a_recording_without_an_index_is_called_unfinished(tmp_path, end, size):
         open_video(path)
 
 
-@pytest.mark.parametrize("data", [b"no film", b"\0\0\0\x0cjP  \r\n\x87\n" + bytes(40), bytes(90)])
+@pytest.mark.parametrize("data", [b"no video", b"\0\0\0\x0cjP  \r\n\x87\n" + bytes(40), bytes(90)])
 def test_what_is_no_mp4_is_not_called_unfinished(tmp_path, data):
     (tmp_path / "in.mp4").write_bytes(data)
     with pytest.raises(InputError, match="is not a video or picture file that can be read"):

@@ -32,7 +32,7 @@ def segment(times, headers=b"sets"):
 
 
 @given(st.integers(0, 4), STEPS, st.data())
-def test_times_do_not_depend_on_where_the_film_is_split(delay, steps, data):
+def test_times_do_not_depend_on_where_the_video_is_split(delay, steps, data):
     shown = list(accumulate(steps))
     cuts = data.draw(st.sets(st.integers(1, max(1, len(shown) - 1)), max_size=4))
     places = [0, *sorted(cut for cut in cuts if cut < len(shown)), len(shown)]
@@ -65,6 +65,6 @@ def test_a_segment_that_lost_packets_is_not_taken_for_whole(tmp_path):
     file = SegmentFile(path, "nut", Fraction(1, 30), b"", times)
     with pytest.raises(OutputError, match="has 3 packets, 4 were written"):
         list(file.packets())
-    path.write_bytes(b"not a film")
+    path.write_bytes(b"not a video")
     with pytest.raises(OutputError, match="cannot be read back"):
         list(file.packets())

@@ -213,9 +213,9 @@ def test_folders_that_cannot_be_read_are_one_line(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("form", ["mp4", "mov", "matroska"])
 def test_a_name_becomes_a_title_only_of_a_track_without_one(form):
-    film, track = SimpleNamespace(), SimpleNamespace(index=0)
-    film.metadata = {"title": "Film", "NAME": "x"}
-    assert tags(film, form) == {"title": "Film", "NAME": "x"}
+    container, track = SimpleNamespace(), SimpleNamespace(index=0)
+    container.metadata = {"title": "Video", "NAME": "x"}
+    assert tags(container, form) == {"title": "Video", "NAME": "x"}
     track.metadata = {"name": "Kommentar"}
     assert tags(track, form) == {"title": "Kommentar"}
     track.metadata = {"title": "Deutsch", "name": "Kommentar"}

@@ -10,7 +10,7 @@ from rich_clips import add_titles, write_titles
 PLAIN = Disposition(0)
 
 
-def film(path, sound=PLAIN, titles=(PLAIN,)):
+def marked_video(path, sound=PLAIN, titles=(PLAIN,)):
     with av.open(str(path), "w") as out:
         video, audio = add_video(out), out.add_stream("aac", rate=48000, layout="stereo")
         texts = [add_titles(out, "subrip") for _ in titles]
@@ -35,7 +35,7 @@ MARKS = [mark for mark in Disposition if mark.name not in ("attached_pic", "time
 @pytest.mark.parametrize("mark", MARKS, ids=lambda mark: mark.name)
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv", ".webm"])
 def test_every_mark_of_a_stream_is_kept_or_named(tmp_path, mark, end):
-    src, out = film(tmp_path / "in.mkv", mark, (mark,)), tmp_path / f"out{end}"
+    src, out = marked_video(tmp_path / "in.mkv", mark, (mark,)), tmp_path / f"out{end}"
     report = process_video(src, out)
     for kind in ("audio", "subtitle"):
         (before,), (after,) = marks_of(src, kind), marks_of(out, kind)
@@ -45,7 +45,7 @@ def test_every_mark_of_a_stream_is_kept_or_named(tmp_path, mark, end):
 
 
 def test_strict_refuses_a_container_without_the_mark(tmp_path):
-    src = film(tmp_path / "in.mkv", titles=(Disposition.forced,))
+    src = marked_video(tmp_path / "in.mkv", titles=(Disposition.forced,))
     with pytest.raises(StrictError, match=r"subtitle #2 \(srt\): mov cannot mark it as forced"):
         process_video(src, tmp_path / "out.mov", None, Settings(strict=True))
 
@@ -54,7 +54,7 @@ def test_strict_refuses_a_container_without_the_mark(tmp_path):
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv"])
 def test_subtitles_that_are_off_stay_off(tmp_path, shown, end):
     marks = [Disposition.default if number == shown else PLAIN for number in range(2)]
-    src = film(tmp_path / "in.mkv", Disposition.default, marks)
+    src = marked_video(tmp_path / "in.mkv", Disposition.default, marks)
     report = process_video(src, tmp_path / f"out{end}")
     assert marks_of(tmp_path / f"out{end}", "subtitle") == marks and report.dropped == []
     assert marks_of(tmp_path / f"out{end}", "audio") == [Disposition.default]

@@ -56,7 +56,7 @@ def test_languages_dispositions_titles_and_chapters_are_kept(tmp_path, end):
         ] == ["eng", "ger"]
         assert container.streams.subtitles[0].metadata["language"] in ("fre", "fra")
         tags = {key.lower(): value for key, value in container.metadata.items()}
-        assert (tags["title"], tags["artist"]) == ("A film", "Somebody")
+        assert (tags["title"], tags["artist"]) == ("A video", "Somebody")
         assert container.streams.audio[0].disposition & Disposition.default
         if end == ".mkv":
             assert container.streams.audio[1].disposition & Disposition.comment
@@ -269,12 +269,12 @@ def test_tags_beyond_the_common_ones_are_kept(tmp_path):
     src = tmp_path / "in.mov"
     with av.open(str(src), "w", container_options={"movflags": "use_metadata_tags"}) as out:
         video = add_video(out)
-        out.metadata.update({"com.apple.quicktime.model": "Phone 9", "title": "A film"})
+        out.metadata.update({"com.apple.quicktime.model": "Phone 9", "title": "A video"})
         encode_frames(out, video, range(5))
     run(src, tmp_path / "out.mov")
     with av.open(str(tmp_path / "out.mov")) as container:
         assert container.metadata["com.apple.quicktime.model"] == "Phone 9"
-        assert container.metadata["title"] == "A film"
+        assert container.metadata["title"] == "A video"
 
 
 def test_mp4_is_ready_to_stream(tmp_path):
@@ -326,7 +326,7 @@ def test_a_packet_for_an_aborted_output_is_an_error(tmp_path):
 
 @pytest.mark.parametrize("end", [".mp4", ".mkv", ".webm"])
 def test_sound_that_an_edit_list_hides_stays_hidden(tmp_path, end):
-    """A film whose first second was cut away, as on a phone: its packets are there, before 0."""
+    """A video whose first second was cut away, as on a phone: its packets are there, before 0."""
     whole, src = make_clip(tmp_path / "whole.mp4", frames=90, audio="aac"), tmp_path / "in.mp4"
     with av.open(str(whole)) as container, av.open(str(src), "w") as out:
         streams = [out.add_stream_from_template(each, opaque=True) for each in container.streams]

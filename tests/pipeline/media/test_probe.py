@@ -24,7 +24,7 @@ def test_a_cut_mp4_does_not_play(tmp_path, keep):
         picture_at(path, 0, 1)
 
 
-def test_of_a_damaged_film_the_last_good_picture_is_shown(tmp_path):
+def test_of_a_damaged_video_the_last_good_picture_is_shown(tmp_path):
     path = make_clip(tmp_path / "a.mkv", frames=60, options={"g": "10"})
     data = path.read_bytes()
     path.write_bytes(data[: len(data) // 2])

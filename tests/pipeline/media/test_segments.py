@@ -1,4 +1,4 @@
-"""Where a film is split: at key frames, about so many seconds apart, with a run-up before each."""
+"""Where a video is split: at key frames, about so many seconds apart, with a run-up before each."""
 
 from fractions import Fraction
 
@@ -8,14 +8,14 @@ from hypothesis import strategies as st
 from makeup_video.pipeline.media.input_file import open_video
 from makeup_video.pipeline.media.segments import RUN_UP_SECONDS, Segment, plan_segments
 from media import make_clip
-from split_films import VARIABLE
+from split_videos import VARIABLE
 
 TICK = Fraction(1, 600)
 
 
 @pytest.fixture(scope="module")
-def film(tmp_path_factory):
-    path = tmp_path_factory.mktemp("film") / "in.mp4"
+def video(tmp_path_factory):
+    path = tmp_path_factory.mktemp("video") / "in.mp4"
     make_clip(path, pts=VARIABLE, time_base=TICK, options={"g": "5"})
     source = open_video(path)
     keys = {packet.pts for packet in source.container.demux(source.video) if packet.is_keyframe}
@@ -25,8 +25,8 @@ def film(tmp_path_factory):
 
 @given(seconds=st.fractions(Fraction(1, 100), 10, max_denominator=100), run_up=st.booleans())
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=50)
-def test_segments_share_out_the_film(film, seconds, run_up):
-    path, keys = film
+def test_segments_share_out_the_video(video, seconds, run_up):
+    path, keys = video
     source = open_video(path)
     tick = source.time_base
     plan = plan_segments(source, seconds, run_up=run_up)
@@ -55,7 +55,7 @@ def test_segments_share_out_the_film(film, seconds, run_up):
 
 
 def test_times_of_a_segment_are_those_of_the_output():
-    """The film begins before 0, so all of its times move."""
+    """The video begins before 0, so all of its times move."""
     one = Segment(first=100, end=200, run_up=40, shift=-10)
     assert [one.is_unseen(pts) for pts in (49, 50)] == [True, False]
     assert [one.is_before(pts) for pts in (109, 110)] == [True, False]

@@ -16,7 +16,7 @@ from makeup_video.pipeline.frames.orientation import ORIENTATIONS, orientation_o
 from makeup_video.pipeline.media.codecs import CODECS
 from makeup_video.pipeline.media.side_by_side import SideBySide, side_by_side
 from media import add_video, decoded, encode_frames, make_clip, picture, times_of
-from people import clip, film
+from people import clip, write_video
 
 LAYOUTS = sorted({name for codec in CODECS.values() for name in codec.pix_fmts})
 RED = Look(lips=product((180, 0, 46), "satin"))
@@ -89,7 +89,7 @@ def test_odd_sizes_grow_by_repeating_the_edge():
 
 
 @pytest.mark.parametrize("pix_fmt", ["yuv420p", "yuv422p10le", "yuva444p10le", "yuv444p"])
-def test_an_unpainted_film_is_shown_twice(tmp_path, pix_fmt):
+def test_an_unpainted_video_is_shown_twice(tmp_path, pix_fmt):
     src = make_clip(tmp_path / "in.mkv", "ffv1", pix_fmt=pix_fmt, audio="aac")
     dst = tmp_path / "out.mkv"
     report = process_video(src, dst, Look(), Settings(compare=True, codec="ffv1"))
@@ -101,9 +101,9 @@ def test_an_unpainted_film_is_shown_twice(tmp_path, pix_fmt):
 
 
 @pytest.mark.parametrize("rotation_degrees", [0, 90, 180, 270])
-def test_the_source_is_on_the_left_the_painted_film_right(tmp_path, rotation_degrees):
+def test_the_source_is_on_the_left_the_painted_video_right(tmp_path, rotation_degrees):
     end = ".mov" if rotation_degrees else ".mkv"
-    stored = film(tmp_path / "in.mkv", clip(3), rotation_degrees=rotation_degrees)
+    stored = write_video(tmp_path / "in.mkv", clip(3), rotation_degrees=rotation_degrees)
     if rotation_degrees:  # only Matroska holds FFV1, so Matroska must keep the rotation
         assert decoded(stored)[0].rotation % 360 == rotation_degrees
     plain, both = tmp_path / "plain.mkv", tmp_path / "both.mkv"
@@ -129,7 +129,7 @@ MIRRORED = {  # a, b, c, d of the display matrix: how the stored picture is show
 
 
 @pytest.mark.parametrize("matrix", MIRRORED)
-def test_mirrored_films_have_the_source_on_the_left_too(tmp_path, matrix):
+def test_mirrored_videos_have_the_source_on_the_left_too(tmp_path, matrix):
     show, unit = MIRRORED[matrix], 1 << 16
     with av.open(str(tmp_path / "in.mp4"), "w") as out:
         stream = add_video(out, size_wh=(96, 64))
@@ -145,7 +145,7 @@ def test_mirrored_films_have_the_source_on_the_left_too(tmp_path, matrix):
 
 @pytest.mark.parametrize("codec_end", [("h264", ".mp4"), ("vp9", ".webm"), ("prores", ".mov")])
 @pytest.mark.parametrize("aspect", [Fraction(1), Fraction(4, 3)])
-def test_the_film_is_twice_as_wide_with_the_same_pixels(tmp_path, codec_end, aspect):
+def test_the_video_is_twice_as_wide_with_the_same_pixels(tmp_path, codec_end, aspect):
     codec, end = codec_end
     src = make_clip(tmp_path / "in.mp4", sample_aspect_ratio=aspect, frames=4)
     dst = tmp_path / f"out{end}"
@@ -157,7 +157,7 @@ def test_the_film_is_twice_as_wide_with_the_same_pixels(tmp_path, codec_end, asp
 
 
 @pytest.mark.parametrize("rotation_degrees", [0, 90])
-def test_interlaced_films_keep_their_fields(tmp_path, rotation_degrees):
+def test_interlaced_videos_keep_their_fields(tmp_path, rotation_degrees):
     src = make_clip(
         tmp_path / "in.mp4", "mpeg4", size_wh=(96, 66), flags=1 << 18 | 1 << 29,
         rotation_degrees=rotation_degrees,

@@ -108,7 +108,7 @@ MASTER = (
 
 
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv", ".webm"])
-def test_a_film_becomes_eight_bit_sdr_with_all_its_times(tmp_path, end):
+def test_a_video_becomes_eight_bit_sdr_with_all_its_times(tmp_path, end):
     src = hdr_clip(tmp_path / "in.mp4", options={"x265-params": MASTER})
     dst = tmp_path / f"out{end}"
     report = process_video(src, dst, None, Settings(sdr=True))
@@ -136,7 +136,7 @@ def test_sdr_in_ten_bits_where_they_are_asked_for(tmp_path):
     assert report.codec == "hevc" and frame.format.name == "yuv420p10le" and frame.color_trc == 1
 
 
-def test_a_film_that_is_sdr_already_passes_untouched(tmp_path):
+def test_a_video_that_is_sdr_already_passes_untouched(tmp_path):
     src = make_clip(tmp_path / "in.mp4", color_trc=1)
     report = process_video(src, tmp_path / "out.mkv", None, Settings(sdr=True, codec="ffv1"))
     assert report.conversions == []
@@ -211,7 +211,7 @@ def test_samples_beyond_their_depth_are_clipped_and_counted(pix_fmt, largest):
         before[number][5, 3:9] = plane_views(frame, 16)[number][5, 3:9]
 
 
-def test_such_a_film_is_painted_and_counts_as_damaged(tmp_path):
+def test_such_a_video_is_painted_and_counts_as_damaged(tmp_path):
     src = tmp_path / "in.nut"
     with av.open(str(src), "w") as out:
         stream = out.add_stream("rawvideo", rate=25)

@@ -44,7 +44,7 @@ def test_what_was_on_screen_is_kept_in_order_from_zero(gaps, start, length):
     assert all(a < b for (_, a, _), (_, b, _) in pairwise(result))
     for index, seconds, duration in result:
         assert seconds >= 0 and duration > 0
-        stop = seconds + duration + (trim.shift or 0)  # on the clock of the film
+        stop = seconds + duration + (trim.shift or 0)  # on the clock of the video
         assert stop <= sum(gaps) / 1000 + 1 / 30
         assert end is None or stop <= end or duration <= Fraction(1, 10)
         if index in inside:
@@ -173,7 +173,7 @@ def test_a_video_that_begins_before_zero_is_shown_whole(tmp_path, end):
                                       {"split_minutes": Fraction(1, 60)}])  # fmt: skip
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv", ".webm"])
 def test_a_clock_that_begins_late_begins_at_zero(tmp_path, end, settings):
-    src = late_film(tmp_path / "in.ts", [3000 * i for i in range(60)])
+    src = late_video(tmp_path / "in.ts", [3000 * i for i in range(60)])
     report = process_video(src, tmp_path / f"out{end}", None, Settings(**settings))
     times = times_of(tmp_path / f"out{end}")
     assert len(times) == report.frames_out == 60
@@ -183,7 +183,7 @@ def test_a_clock_that_begins_late_begins_at_zero(tmp_path, end, settings):
 
 
 def test_a_late_clock_keeps_sound_and_picture_together(tmp_path):
-    src = late_film(tmp_path / "in.ts", [45000 + 3000 * i for i in range(30)], sound=True)
+    src = late_video(tmp_path / "in.ts", [45000 + 3000 * i for i in range(30)], sound=True)
     out = tmp_path / "out.mp4"
     process_video(src, out)
     before, after = (times_of(file)[0] - packets_of(file, "audio")[0][0] for file in (src, out))
@@ -191,8 +191,8 @@ def test_a_late_clock_keeps_sound_and_picture_together(tmp_path):
     assert packets_of(out, "audio")[0][0] == 0
 
 
-def late_film(path, pts, sound=False):
-    """A broadcast's film of 90,000 ticks a second, on a clock that says ten in the morning."""
+def late_video(path, pts, sound=False):
+    """A broadcast's video of 90,000 ticks a second, on a clock that says ten in the morning."""
     late = 10 * 3600
     with av.open(str(path), "w", container_options={"mpegts_copyts": "1", "muxdelay": "0"}) as out:
         video = add_video(out, "h264", time_base=Fraction(1, 90000))
@@ -226,7 +226,7 @@ def test_sound_before_a_late_picture_stays_after_start(tmp_path, name):
     assert times_of(tmp_path / "out.mkv")[0] == pytest.approx(1, abs=0.05)
 
 
-def test_words_cost_a_film_no_frames_where_nothing_is_sought(tmp_path):
+def test_words_cost_a_video_no_frames_where_nothing_is_sought(tmp_path):
     """A picture that begins late is decoded from the beginning of the file, without a seek."""
     with av.open(str(tmp_path / "in.mkv"), "w") as out:
         video, text = add_video(out, time_base=Fraction(1, 1000)), add_titles(out, "subrip")

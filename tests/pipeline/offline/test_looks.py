@@ -1,4 +1,4 @@
-"""Several looks of one film or picture: the same files as separate runs write, read only once."""
+"""Several looks of one video or picture: the same files as separate runs write, read only once."""
 
 import os
 import signal
@@ -29,8 +29,8 @@ from makeup_video.pipeline.faces.net import Net
 from makeup_video.pipeline.look.options import Choice, choose_look
 from makeup_video.pipeline.media.encode import VideoEncoder
 from makeup_video.pipeline.offline import looks as looks_module
-from makeup_video.pipeline.offline import looks_on_film
-from people import SAMPLES, clip, film, grey
+from makeup_video.pipeline.offline import looks_on_video
+from people import SAMPLES, clip, grey, write_video
 from rich_clips import rich_clip
 
 BERRY = Look(lips=product((120, 10, 60), "satin"))
@@ -80,7 +80,7 @@ def assert_same_as_separate_runs(tmp_path, src, end, settings, looks=LOOKS):
     ],
 )  # fmt: skip
 def test_the_files_are_those_of_separate_runs(tmp_path, end, settings):
-    src = film(tmp_path / "in.mkv", clip(8))
+    src = write_video(tmp_path / "in.mkv", clip(8))
     assert_same_as_separate_runs(tmp_path, src, end, settings)
 
 
@@ -93,7 +93,7 @@ def test_other_streams_are_copied_and_converted_alike(tmp_path, end, sound):
     assert_same_as_separate_runs(tmp_path, src, end, Settings(preset=preset), looks)
 
 
-def test_a_part_of_a_film_with_sound_is_cut_alike(tmp_path):
+def test_a_part_of_a_video_with_sound_is_cut_alike(tmp_path):
     src = rich_clip(tmp_path / "in.mkv", ("flac", "aac"), "subrip")
     settings = Settings(start_seconds=looks_module.Fraction(1, 5), preset="ultrafast")
     assert_same_as_separate_runs(tmp_path, src, ".mp4", settings)
@@ -101,7 +101,7 @@ def test_a_part_of_a_film_with_sound_is_cut_alike(tmp_path):
 
 def test_more_looks_than_fit_into_memory_take_several_passes(tmp_path, monkeypatch):
     monkeypatch.setattr(looks_module, "_MOST_AT_ONCE", 2)
-    src = film(tmp_path / "in.mkv", clip(6))
+    src = write_video(tmp_path / "in.mkv", clip(6))
     assert_same_as_separate_runs(tmp_path, src, ".mkv", Settings(codec="ffv1"))
 
 
@@ -111,7 +111,7 @@ def test_more_looks_than_fit_into_memory_take_several_passes(tmp_path, monkeypat
 )
 def test_half_of_the_free_memory_is_given_to_encoders(tmp_path, monkeypatch, free_mb, codec, count):
     monkeypatch.setattr(looks_module, "free_memory_bytes", lambda: free_mb * 1_000_000)
-    src = film(tmp_path / "in.mkv", [grey(640, 360)])
+    src = write_video(tmp_path / "in.mkv", [grey(640, 360)])
     source = looks_module.open_video(src)
     settings = Settings(codec=codec)
     assert looks_module.encoders_at_once(source, tmp_path / "a.mp4", settings) == count
@@ -120,7 +120,8 @@ def test_half_of_the_free_memory_is_given_to_encoders(tmp_path, monkeypatch, fre
 
 def test_encoders_of_before_and_after_need_twice_the_memory(tmp_path, monkeypatch):
     monkeypatch.setattr(looks_module, "free_memory_bytes", lambda: 360_000_000)
-    with closing(looks_module.open_video(film(tmp_path / "in.mkv", [grey(640, 360)]))) as source:
+    src = write_video(tmp_path / "in.mkv", [grey(640, 360)])
+    with closing(looks_module.open_video(src)) as source:
         for compare, count in ((False, 6), (True, 3)):
             settings = Settings(codec="h264", compare=compare)
             assert looks_module.encoders_at_once(source, tmp_path / "a.mp4", settings) == count
@@ -143,7 +144,7 @@ def test_faces_are_found_once_for_all_looks(tmp_path, monkeypatch):
         return call(self, *args, **more)
 
     monkeypatch.setattr(Net, "__call__", counted)
-    src = film(tmp_path / "in.mkv", clip(5))
+    src = write_video(tmp_path / "in.mkv", clip(5))
     for count in (1, 4):
         folder = tmp_path / str(count)
         folder.mkdir()
@@ -153,13 +154,13 @@ def test_faces_are_found_once_for_all_looks(tmp_path, monkeypatch):
 
 
 def test_looks_of_one_pass_have_the_seconds_of_the_pass(tmp_path):
-    src = film(tmp_path / "in.mkv", clip(2))
+    src = write_video(tmp_path / "in.mkv", clip(2))
     done = process_looks(src, paths_of(tmp_path, ".mkv"), Settings(codec="ffv1"))
     assert len({(one.seconds, one.cpu_seconds) for one in done.values()}) == 1
 
 
 def test_several_looks_are_not_split(tmp_path):
-    src = film(tmp_path / "in.mkv", clip(2))
+    src = write_video(tmp_path / "in.mkv", clip(2))
     settings = Settings(split_minutes=looks_module.Fraction(1))
     with pytest.raises(UsageError, match="leave out split_minutes, or paint each look"):
         process_looks(src, paths_of(tmp_path, ".mkv"), settings)
@@ -168,7 +169,7 @@ def test_several_looks_are_not_split(tmp_path):
 
 @pytest.mark.parametrize("end", [".mkv", ".mp4"])
 def test_an_error_of_one_look_ends_that_look_alone(tmp_path, end):
-    src = film(tmp_path / "in.mkv", clip(40))
+    src = write_video(tmp_path / "in.mkv", clip(40))
     looks = paths_of(tmp_path, end, {"a": BERRY, "b": PLUM, "c": BERRY})
     lost = tmp_path / f"b.part{end}"
 
@@ -185,7 +186,7 @@ def test_an_error_of_one_look_ends_that_look_alone(tmp_path, end):
 
 def test_the_part_of_a_look_that_failed_makes_room_at_once(tmp_path, monkeypatch):
     """Where a disk is full, the others need it."""
-    src, encode, parts = film(tmp_path / "in.mkv", clip(30)), VideoEncoder.__call__, []
+    src, encode, parts = write_video(tmp_path / "in.mkv", clip(30)), VideoEncoder.__call__, []
 
     def full(self, frame):
         if self is encoders[0] and frame.pts > 300:
@@ -211,8 +212,8 @@ def test_the_part_of_a_look_that_failed_makes_room_at_once(tmp_path, monkeypatch
 @pytest.mark.parametrize("lost", ["one", "all"])
 def test_an_error_of_a_later_pass_leaves_the_earlier_ones(tmp_path, monkeypatch, lost):
     monkeypatch.setattr(looks_module, "_MOST_AT_ONCE", 2)
-    src, looks = film(tmp_path / "in.mkv", clip(6)), paths_of(tmp_path, ".mkv")
-    paint = looks_on_film.paint_film
+    src, looks = write_video(tmp_path / "in.mkv", clip(6)), paths_of(tmp_path, ".mkv")
+    paint = looks_on_video.paint_video
 
     def first_pass(*words):
         done = paint(*words)
@@ -222,7 +223,7 @@ def test_an_error_of_a_later_pass_leaves_the_earlier_ones(tmp_path, monkeypatch,
             src.unlink()
         return done
 
-    monkeypatch.setattr(looks_on_film, "paint_film", first_pass)
+    monkeypatch.setattr(looks_on_video, "paint_video", first_pass)
     done = process_looks(src, looks, Settings(codec="ffv1"))
     assert list(done) == list(looks)
     failed = {path.stem: one for path, one in done.items() if isinstance(one, MakeupVideoError)}
@@ -235,7 +236,7 @@ def test_an_error_of_a_later_pass_leaves_the_earlier_ones(tmp_path, monkeypatch,
 
 def test_ctrl_c_while_a_pass_is_finished_ends_the_next_ones(tmp_path, monkeypatch):
     monkeypatch.setattr(looks_module, "_MOST_AT_ONCE", 2)
-    src, finish = film(tmp_path / "in.mkv", clip(6)), FanOut.finish
+    src, finish = write_video(tmp_path / "in.mkv", clip(6)), FanOut.finish
 
     def interrupted(self, stopped):
         finish(self, stopped)
@@ -254,14 +255,14 @@ def test_all_outputs_are_whole_before_it_is_told(tmp_path, name):
     if end == ".jpg":
         cv2.imwrite(str(src), clip(1)[0])
     else:
-        film(src, clip(2))
+        write_video(src, clip(2))
     settings = Settings(on_whole=lambda: there.append(len(list(tmp_path.iterdir())) - 1))
     process_looks(src, paths_of(tmp_path, end), settings)
     assert there == [len(LOOKS)]
 
 
 def test_where_no_output_is_whole_nobody_is_told(tmp_path):
-    src, told = film(tmp_path / "in.mkv", clip(20)), []
+    src, told = write_video(tmp_path / "in.mkv", clip(20)), []
     looks = paths_of(tmp_path, ".mkv", {"a": BERRY, "b": PLUM})
 
     def tick(outputs, *figures):
@@ -275,7 +276,7 @@ def test_where_no_output_is_whole_nobody_is_told(tmp_path):
 
 
 def test_ctrl_c_ends_all_looks_and_leaves_playable_parts(tmp_path):
-    src = film(tmp_path / "in.mkv", clip(40))
+    src = write_video(tmp_path / "in.mkv", clip(40))
 
     def tick(outputs, done, *figures):
         if done:
@@ -293,7 +294,7 @@ def test_outputs_are_refused_before_any_is_begun(tmp_path, name):
     if end == ".jpg":
         cv2.imwrite(str(src), clip(1)[0])
     else:
-        film(src, clip(2))
+        write_video(src, clip(2))
     (tmp_path / f"b{end}").write_text("mine")
     for looks, message in [
         ({}, "no look given"),
@@ -309,7 +310,7 @@ def test_outputs_are_refused_before_any_is_begun(tmp_path, name):
 
 
 def test_a_gone_face_number_is_explained_for_each_look(tmp_path):
-    src = film(tmp_path / "in.mkv", clip(4))
+    src = write_video(tmp_path / "in.mkv", clip(4))
     looks = paths_of(tmp_path, ".mkv", {"a": BERRY, "b": choose_look(Choice(worn={"lips": "tan"}))})
     done = process_looks(src, looks, Settings(codec="ffv1", faces="7"))
     for report in done.values():
@@ -333,7 +334,7 @@ def test_memory_that_only_finds_faces_is_too_little(tmp_path, monkeypatch, name)
     if name == "in.png":
         src.write_bytes((SAMPLES / "portrait.jpg").read_bytes())
     else:
-        film(src, clip(1))
+        write_video(src, clip(1))
     monkeypatch.setattr(machine, "cores", lambda: 2)
     monkeypatch.setattr(machine, "_address_limit_bytes", lambda: 1_120_000_000)
     with pytest.raises(TooLittleMemoryError, match=r"^painting this (picture|video)"):

@@ -66,7 +66,7 @@ def segments(folder):
     assert report.segments > 1
 
 
-def a_film_that_fails(folder):
+def a_video_that_fails(folder):
     data = b""
     for size_wh in ((96, 64), (128, 96)):
         part = folder / "part.h264"
@@ -93,7 +93,7 @@ def threads(folder):
         pool.submit(apply_look, clip(1)[0], LOOK).result()
 
 
-RUNS = [one_look, several_looks, pictures, segments, a_film_that_fails, frames, threads]
+RUNS = [one_look, several_looks, pictures, segments, a_video_that_fails, frames, threads]
 
 
 @pytest.mark.parametrize("run", RUNS)

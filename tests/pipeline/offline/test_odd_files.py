@@ -8,7 +8,7 @@ from makeup import close_up_scene, paint_planes, painter
 from makeup_video.pipeline import Look, Settings, apply_look, find_faces, process_video, product
 from makeup_video.pipeline.render.surfaces.eyes import LidSurface
 from media import decoded
-from people import clip, film, portrait
+from people import clip, portrait, write_video
 
 RED = Look(lips=product((180, 0, 46), "matte"))
 EYES = product((0, 90, 40), "matte", "eyes")
@@ -16,9 +16,9 @@ EYES = product((0, 90, 40), "matte", "eyes")
 
 @pytest.mark.parametrize("pix_fmt", ["yuv420p", "yuv422p", "yuv420p10le"])
 @pytest.mark.parametrize("cut", [(0, 1), (1, 0), (1, 1)])
-def test_lossless_films_of_odd_size_are_painted(tmp_path, pix_fmt, cut):
+def test_lossless_videos_of_odd_size_are_painted(tmp_path, pix_fmt, cut):
     pictures = [rgb8[cut[0] :, cut[1] :] for rgb8 in clip(2)]
-    src = film(tmp_path / "in.mkv", pictures, pix_fmt)
+    src = write_video(tmp_path / "in.mkv", pictures, pix_fmt)
     report = process_video(src, tmp_path / "out.mkv", RED, Settings(codec="ffv1"))
     assert report.painted_frames == 2 and report.warnings() == []
     assert decoded(tmp_path / "out.mkv")[0].width == pictures[0].shape[1]

@@ -119,7 +119,7 @@ def test_a_face_outside_has_no_label_and_wide_ones_fit():
 
 def test_a_points_file_never_replaces_another_file(tmp_path):
     src, dst = tmp_path / "in.mp4", tmp_path / "out.mp4"
-    src.write_bytes(b"film")
+    src.write_bytes(b"video")
     for name in ("in.mp4", "out.mp4", "out.part.mp4"):
         with pytest.raises(UsageError, match="own files"):
             PointsFile(tmp_path / name, src, dst, overwrite=True)
@@ -129,7 +129,7 @@ def test_a_points_file_never_replaces_another_file(tmp_path):
 @pytest.fixture
 def paths(tmp_path):
     """The paths (points, src, dst) that PointsFile takes."""
-    (tmp_path / "in.mp4").write_bytes(b"film")
+    (tmp_path / "in.mp4").write_bytes(b"video")
     return tmp_path / "points.json", tmp_path / "in.mp4", tmp_path / "out.mp4"
 
 

@@ -1,4 +1,4 @@
-"""Frames in memory: painted like a film's, in order, and everything else stays as it was."""
+"""Frames in memory: painted like a video's, in order, and everything else stays as it was."""
 
 from concurrent.futures import ThreadPoolExecutor
 from decimal import Decimal

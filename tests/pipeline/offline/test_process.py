@@ -280,14 +280,14 @@ def test_interlaced_sources_keep_their_field_order(tmp_path, codec_end, top_firs
 
 
 @pytest.mark.parametrize("codec", ["hevc", "vp9", "av1"])
-def test_codecs_without_fields_refuse_interlaced_films(tmp_path, codec):
+def test_codecs_without_fields_refuse_interlaced_videos(tmp_path, codec):
     src = make_clip(tmp_path / "in.mp4", options={"x264-params": "tff=1"}, flags=1 << 18 | 1 << 29)
     with pytest.raises(UsageError, match="interlaced"):
         process_video(src, tmp_path / "out.mp4", None, Settings(codec=codec))
     assert os.listdir(tmp_path) == ["in.mp4"]
 
 
-def test_a_film_without_audio_is_accepted(tmp_path):
+def test_a_video_without_audio_is_accepted(tmp_path):
     src = make_clip(tmp_path / "in.mp4")
     through(src, tmp_path / "out.mp4")
     with av.open(str(tmp_path / "out.mp4")) as container:

@@ -12,7 +12,7 @@ from makeup_video.pipeline import Settings, UsageError, process_video
 from makeup_video.pipeline.engine.machine import cores
 from makeup_video.pipeline.media.codecs import CODECS
 from makeup_video.pipeline.media.input_file import open_video
-from makeup_video.pipeline.offline import encoding, film
+from makeup_video.pipeline.offline import encoding, video
 from media import decoded, make_clip, packets_of, picture, times_of
 from whole_files import HALF_TICK_MKV, through
 
@@ -88,7 +88,7 @@ def test_the_report_counts_bytes_frames_and_stages(tmp_path):
 )
 def test_codecs_get_threads_by_cores_or_as_asked(tmp_path, monkeypatch, cores, threads, expected):
     thread_counts = {}
-    decoder, encoder = film.Decoder, encoding.VideoEncoder
+    decoder, encoder = video.Decoder, encoding.VideoEncoder
 
     def decode(*args, threads, **options):
         thread_counts["decode"] = threads
@@ -98,7 +98,7 @@ def test_codecs_get_threads_by_cores_or_as_asked(tmp_path, monkeypatch, cores, t
         thread_counts["encode"] = args[-2]  # before the note
         return encoder(*args)
 
-    monkeypatch.setattr(film, "Decoder", decode)
+    monkeypatch.setattr(video, "Decoder", decode)
     monkeypatch.setattr(encoding, "VideoEncoder", encode)
     monkeypatch.setattr(encoding, "cores", lambda: cores)
     src = make_clip(tmp_path / "in.mp4", frames=3)
@@ -133,7 +133,7 @@ def test_planes_reach_the_encoder_unconverted(tmp_path):
 @given(frame_px=st.integers(1, 40_000_000), bit_depth=st.sampled_from([8, 10, 12]))
 def test_few_bytes_of_frames_wait_between_two_threads(frame_px, bit_depth):
     source = SimpleNamespace(frame_px=frame_px, bit_depth=bit_depth)
-    count, frame_bytes = film.channel_frames(source), frame_px * 1.5 * (2 if bit_depth > 8 else 1)
+    count, frame_bytes = video.channel_frames(source), frame_px * 1.5 * (2 if bit_depth > 8 else 1)
     assert count == 1 or count * frame_bytes <= 4.2e6
     assert count == 3 or (count + 1) * frame_bytes > 4.2e6
 

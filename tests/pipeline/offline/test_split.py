@@ -1,4 +1,4 @@
-"""A film in segments is the film of one run: frames, times, headers and all other streams."""
+"""A video in segments is the video of one run: frames, times, headers and all other streams."""
 
 from fractions import Fraction
 from types import SimpleNamespace
@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import av
 import numpy as np
 import pytest
-from fuzz.check import film_faults
+from fuzz.check import video_faults
 from makeup_video.pipeline import (
     DecodeError,
     Settings,
@@ -19,24 +19,24 @@ from makeup_video.pipeline.offline import paint_segments
 from makeup_video.pipeline.offline import split as split_module
 from media import damage, decoded, make_clip, packets_of
 from people import SAMPLES
-from split_films import FILMS, GROUP, differences, rich
+from split_videos import GROUP, VIDEOS, differences, rich
 
 SECOND = Fraction(1, 60)  # in minutes
 
 
 def both(src, folder, end, minutes=SECOND, trimmed=False, **settings):
-    """(the film of one run, the film in segments, the report of the second)."""
+    """(the video of one run, the video in segments, the report of the second)."""
     whole, split = folder / f"whole{end}", folder / f"split{end}"
     process_video(src, whole, None, Settings(**settings))
     report = process_video(src, split, None, Settings(**settings, split_minutes=minutes))
     assert sorted(path.name for path in folder.glob("*split*")) == [split.name]
-    assert film_faults(src, split, report.to_dict(), trimmed=trimmed) == []
+    assert video_faults(src, split, report.to_dict(), trimmed=trimmed) == []
     return whole, split, report
 
 
-@pytest.mark.parametrize("name", FILMS)
-def test_an_odd_film_in_segments_is_that_of_one_run(tmp_path, name):
-    src = FILMS[name](tmp_path / name)
+@pytest.mark.parametrize("name", VIDEOS)
+def test_an_odd_video_in_segments_is_that_of_one_run(tmp_path, name):
+    src = VIDEOS[name](tmp_path / name)
     end = src.suffix if src.suffix in (".mp4", ".mov") else ".mkv"
     whole, split, report = both(src, tmp_path, end)
     assert report.segments > 1 and report.why_whole == ""
@@ -57,8 +57,8 @@ def test_transparency_is_kept_in_segments(tmp_path):
     src = make_clip(tmp_path / "in.mkv", "ffv1", frames=60, pix_fmt="yuva420p")
     _, split, report = both(src, tmp_path, ".webm")
     assert report.segments == 2 and report.dropped == []
-    with av.open(str(split)) as film:
-        packets = [packet for packet in film.demux(video=0) if packet.size]
+    with av.open(str(split)) as container:
+        packets = [packet for packet in container.demux(video=0) if packet.size]
     assert all(packet.has_sidedata("matroska_block_additional") for packet in packets)
 
 
@@ -80,7 +80,7 @@ def test_the_frames_do_not_depend_on_the_number_of_segments(tmp_path, minutes, s
         ("guessed.avi", 60, GROUP, "not split: its frames have no times of their own"),
     ],
 )
-def test_a_film_that_cannot_be_split_is_painted_whole(tmp_path, name, frames, options, why):
+def test_a_video_that_cannot_be_split_is_painted_whole(tmp_path, name, frames, options, why):
     src = make_clip(tmp_path / name, frames=frames, options=options)
     whole, split, report = both(src, tmp_path, ".mp4")
     assert report.segments == 1 and differences(whole, split) == []
@@ -92,7 +92,7 @@ def test_a_film_that_cannot_be_split_is_painted_whole(tmp_path, name, frames, op
     [(Fraction(1, 2), None), (None, Fraction(5, 2)), (Fraction(1), Fraction(16, 5))],
 )
 @pytest.mark.parametrize("end_of_name", [".mp4", ".mkv"])
-def test_a_part_of_a_film_in_segments_is_that_of_one_run(tmp_path, start, end, end_of_name):
+def test_a_part_of_a_video_in_segments_is_that_of_one_run(tmp_path, start, end, end_of_name):
     src = rich(tmp_path / "in.mkv")
     part = {"start_seconds": start, "end_seconds": end}
     whole, split, report = both(src, tmp_path, end_of_name, SECOND / 2, trimmed=True, **part)
@@ -118,7 +118,7 @@ def test_damage_is_counted_once(tmp_path):
         assert getattr(split, name) == getattr(whole, name), name
 
 
-def test_a_film_with_a_segment_that_is_all_damaged_is_whole(tmp_path):
+def test_a_video_with_a_segment_that_is_all_damaged_is_whole(tmp_path):
     src = make_clip(tmp_path / "in.mkv", "mpeg4", frames=96, options={"g": "1"})
     data = src.read_bytes()
     for _, payload in packets_of(src, "video")[30:66]:

@@ -1,4 +1,4 @@
-"""Faces across the seams of a film in segments: their numbers, and how they are painted."""
+"""Faces across the seams of a video in segments: their numbers, and how they are painted."""
 
 from fractions import Fraction
 
@@ -19,7 +19,7 @@ def two_faces(tmp_path_factory):
     """A face that moves a little, and a smaller one that comes later and leaves before the end."""
     import av
 
-    path = tmp_path_factory.mktemp("film") / "in.mkv"
+    path = tmp_path_factory.mktemp("video") / "in.mkv"
     with av.open(str(path), "w") as out:
         video = add_video(out, "ffv1", size_wh=(640, 360), options={"g": "15"})
         for index in range(200):
@@ -89,7 +89,7 @@ def test_a_face_that_was_chosen_and_never_came_is_named_once(tmp_path, two_faces
     assert "the faces seen were 0 and 1" in many.why_unpainted
 
 
-def test_a_film_of_the_sample_is_alike_at_its_seam(tmp_path):
+def test_a_video_of_the_sample_is_alike_at_its_seam(tmp_path):
     """A rendered head that talks and turns; the tracker's state is never quite the same."""
     import av
 

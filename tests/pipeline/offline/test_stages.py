@@ -7,7 +7,7 @@ from makeup_video.pipeline.engine.machine import one_opencv_thread
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.run import run_stages
 from makeup_video.pipeline.offline.stages import FaceRun
-from people import SAMPLES, clip, face_of, film, frame_of, grey, put
+from people import SAMPLES, clip, face_of, frame_of, grey, put, write_video
 
 
 def pass_on(item):
@@ -26,8 +26,8 @@ def test_a_picture_is_searched_once_and_counted():
     assert report.painted_frames is None
 
 
-def test_a_film_is_followed_and_counted(tmp_path):
-    src = film(tmp_path / "in.mkv", clip(5))
+def test_a_video_is_followed_and_counted(tmp_path):
+    src = write_video(tmp_path / "in.mkv", clip(5))
     run = FaceRun(lambda: [("rest", pass_on)], paints=False)
     report = run_stages(src, tmp_path / "out.mkv", run, Settings(), None)
     run.count(report)
@@ -52,7 +52,7 @@ def test_the_rest_is_made_between_input_and_output(tmp_path, name):
     if name == "in.jpg":
         (tmp_path / name).write_bytes((SAMPLES / "portrait.jpg").read_bytes())
     else:
-        film(tmp_path / name, clip(1))
+        write_video(tmp_path / name, clip(1))
     with pytest.raises(UsageError, match="no such device"):
         run()
     assert files_at_creation == [[name]]
@@ -60,7 +60,7 @@ def test_the_rest_is_made_between_input_and_output(tmp_path, name):
 
 
 def test_an_impossible_output_is_still_refused(tmp_path):
-    src = film(tmp_path / "in.mkv", clip(1))
+    src = write_video(tmp_path / "in.mkv", clip(1))
     run = FaceRun(lambda: [("rest", pass_on)], paints=False)
     with pytest.raises(OutputError):
         run_stages(src, tmp_path / "no" / "out.mkv", run, Settings(), None)

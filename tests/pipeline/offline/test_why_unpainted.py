@@ -8,7 +8,7 @@ from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.stages import PaintRun
 from makeup_video.pipeline.render import composite
 from media import make_clip
-from people import SAMPLES, clip, face_of, film, grey, put
+from people import SAMPLES, clip, face_of, grey, put, write_video
 
 BLUE = Look(lips=product((10, 42, 140), "matte"))
 TURN = "if the {} is upside down, turn it first"
@@ -38,8 +38,8 @@ def test_an_unknown_number_is_shown_with_those_seen(tmp_path):
     )
 
 
-def test_a_film_too_lists_the_faces_seen(tmp_path):
-    src = film(tmp_path / "in.mkv", clip(6))
+def test_a_video_too_lists_the_faces_seen(tmp_path):
+    src = write_video(tmp_path / "in.mkv", clip(6))
     assert only_line(src, faces="3", codec="ffv1") == (
         "nothing was painted: face 3 was chosen, but the only face seen was 0"
     )
@@ -93,14 +93,14 @@ def test_where_no_face_was_found_turning_may_help(tmp_path):
     assert only_line(saved(tmp_path / "in.png", grey())) == line.format("picture")
 
 
-def test_a_film_that_is_upside_down_is_painted(tmp_path):
+def test_a_video_that_is_upside_down_is_painted(tmp_path):
     frames = [np.ascontiguousarray(np.rot90(rgb8, 2)) for rgb8 in clip(12)]
-    src = film(tmp_path / "in.mkv", frames)
+    src = write_video(tmp_path / "in.mkv", frames)
     report = process_video(src, tmp_path / "out.mkv", BLUE, Settings(codec="ffv1"))
     assert report.painted_frames == report.frames_in == 12 and report.warnings() == []
 
 
-def test_a_film_whose_header_turns_it_is_painted(tmp_path):
+def test_a_video_whose_header_turns_it_is_painted(tmp_path):
     src = make_turned(tmp_path / "in.mp4")
     report = process_video(src, tmp_path / "out.mp4", BLUE)
     assert report.painted_frames == report.frames_in == 12 and report.warnings() == []

@@ -28,7 +28,7 @@ from makeup_video.pipeline.faces.lip_mask import lip_mask
 from makeup_video.pipeline.render import composite
 from makeup_video.pipeline.render.apply_look import PaintPictures
 from media import decoded, make_clip
-from people import SAMPLES, clip, clip_points, face_of, film, grey, portrait, put
+from people import SAMPLES, clip, clip_points, face_of, grey, portrait, put, write_video
 from picture_files import read_picture
 
 RED = Look(lips=product((192, 32, 64), "matte"))
@@ -50,8 +50,8 @@ def changed(before, after):
     return (before != after).any(axis=2)
 
 
-def test_a_film_is_painted_on_the_face_and_nowhere_else(tmp_path):
-    src, dst = film(tmp_path / "in.mkv", clip(6)), tmp_path / "out.mkv"
+def test_a_video_is_painted_on_the_face_and_nowhere_else(tmp_path):
+    src, dst = write_video(tmp_path / "in.mkv", clip(6)), tmp_path / "out.mkv"
     report = process_video(src, dst, BLUE, Settings(codec="ffv1"))
     assert (report.painted_frames, report.frames_with_face, report.faces) == (6, 6, 1)
     assert report.warnings() == []
@@ -187,7 +187,7 @@ def test_anything_but_rgb8_is_refused(wrong):
 
 
 @pytest.mark.parametrize("name", ["in.mp4", "in.png"])
-def test_a_film_without_a_face_is_not_painted_and_warned_of(tmp_path, name):
+def test_a_video_without_a_face_is_not_painted_and_warned_of(tmp_path, name):
     if name == "in.png":
         cv2.imwrite(str(tmp_path / name), grey())
     else:
@@ -211,7 +211,7 @@ def test_a_missing_device_is_refused_before_the_work(tmp_path, monkeypatch, name
     if name == "in.jpg":
         (tmp_path / name).write_bytes((SAMPLES / "portrait.jpg").read_bytes())
     else:
-        film(tmp_path / name, clip(2))
+        write_video(tmp_path / name, clip(2))
     target = tmp_path / f"out.{name}"
     with pytest.raises(UsageError, match="no such device"):
         process_video(tmp_path / name, target, BLUE, Settings(device="no such device"))

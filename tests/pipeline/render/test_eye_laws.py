@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from laws import OPEN_MOUTHS, WORN, film_scenes, share_changed, true_px
+from laws import OPEN_MOUTHS, WORN, sample_scenes, share_changed, true_px
 from layers import SLOTS
 from makeup import (
     close_up,
@@ -22,7 +22,7 @@ from people import frame_of
 @pytest.mark.parametrize("slot", SLOTS)
 @pytest.mark.parametrize("number", OPEN_MOUTHS)
 def test_eye_shadow_is_never_on_the_eyeball(number, slot):
-    scene = film_scenes()[number]
+    scene = sample_scenes()[number]
     scene = scene_of(scene.frame, (true_face(true_px(number)),))
     worn = WORN.with_kind("eyeshadow", [Layer("eyeshadow", WORN.eyes, {"slot": slot})])
     old, new = scene.frame.planes[0], paint_planes(scene, worn)[0]

@@ -1,6 +1,6 @@
 """How much of the lips, and of what lies between them, is painted while a mouth opens and closes.
 
-The sample's points are known, so those of films made from it are, too.
+The sample's points are known, so those of videos made from it are, too.
 """
 
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from functools import cache
 import cv2
 import numpy as np
 import pytest
-from laws import film_frames, true_px
+from laws import sample_frames, true_px
 from makeup import inside
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE_CORNERS, LIPS_INNER, LIPS_OUTER
@@ -59,7 +59,7 @@ def weight_of(face: Face, hw: tuple[int, int]) -> np.ndarray:
 def painted(make: Callable[[np.ndarray, np.ndarray], Made]) -> np.ndarray:
     """(frames, 2): the painted share of the lips and of what shows between them."""
     find, smooth, points, items = FindFaces(), SmoothAhead(), {}, []
-    for frame in film_frames(FIRST, LAST):
+    for frame in sample_frames(FIRST, LAST):
         rgb8, points[frame.pts] = make(frame.picture.to_ndarray(format="rgb24"), true_px(frame.pts))
         items.append(smooth(find(frame_of(rgb8, frame.pts))))
     shares = []

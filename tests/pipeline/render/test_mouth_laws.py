@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from laws import GAPING_MOUTHS, OPEN_MOUTHS, WORN, film_scenes, share_changed, true_px
+from laws import GAPING_MOUTHS, OPEN_MOUTHS, WORN, sample_scenes, share_changed, true_px
 from makeup import inside, paint_planes, scene_of, true_face
 from makeup_video.pipeline.faces.topology import LIPS_INNER, LIPS_OUTER
 from makeup_video.pipeline.look.finishes import product
@@ -28,7 +28,7 @@ def test_little_of_a_mouth_that_opens_fast_changes():
 
 @pytest.mark.parametrize("number", OPEN_MOUTHS)
 def test_with_true_points_hardly_a_pixel_of_the_mouth_changes(number):
-    scene = film_scenes()[number]
+    scene = sample_scenes()[number]
     scene = scene_of(scene.frame, (true_face(true_px(number)),))
     old, new = scene.frame.planes[0], paint_planes(scene, WORN)[0]
     within = inside(true_px(number)[LIPS_INNER], old.shape, 2)
@@ -38,7 +38,7 @@ def test_with_true_points_hardly_a_pixel_of_the_mouth_changes(number):
 def test_pale_lipstick_goes_further_but_no_dark_rim():
     """Px beyond the border that change: the red goes on there, and would be a rim around nudes."""
     points = true_px(OPEN_MOUTHS[0])
-    scene = scene_of(film_scenes()[OPEN_MOUTHS[0]].frame, (true_face(points),))
+    scene = scene_of(sample_scenes()[OPEN_MOUTHS[0]].frame, (true_face(points),))
     old = scene.frame.planes[0]
     beyond = ~inside(points[LIPS_OUTER], old.shape, 0.5)
     nude, changed = product((226, 188, 164), "matte"), []

@@ -1,4 +1,4 @@
-"""What holds for every kind: where it lies as eyes shut and heads turn, in films of any layout."""
+"""What holds for every kind: where it lies as eyes shut and heads turn, in videos of any layout."""
 
 import cv2
 import heads

@@ -33,7 +33,7 @@ def test_darker_skin_gets_less_light_but_half_at_least(strength, skin, lighter):
     )
     bounded = min(strength, 1.05)
     assert 0.44 * bounded < on_dark <= on_light <= bounded
-    assert on_light <= lighter * on_dark * (1 + 1e-9)  # no step, or a film would flicker
+    assert on_light <= lighter * on_dark * (1 + 1e-9)  # no step, or a video would flicker
 
 
 @pytest.mark.parametrize("skin", [0.0, 0.3, 0.9])

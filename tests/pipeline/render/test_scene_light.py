@@ -22,7 +22,7 @@ def test_the_environment_shows_the_frame_where_it_is():
     assert blue[..., 2].min() > 0.8 and blue[..., :2].max() < 0.1
 
 
-def film(pictures, fps, faces=None, cut_at=None):
+def lights_over_time(pictures, fps, faces=None, cut_at=None):
     """Yield (seconds, lights) for two seconds of the frames pictures(seconds), at fps frames/s."""
     estimate = EstimateLight()
     for index in range(round(2 * fps)):
@@ -43,7 +43,7 @@ def test_the_light_follows_by_time_not_by_frames():
     for fps in (15, 30, 60):
         strengths[fps] = {
             round(seconds, 3): lights[0].strength
-            for seconds, lights in film(switched(0.4), fps)
+            for seconds, lights in lights_over_time(switched(0.4), fps)
             if abs(seconds * 15 - round(seconds * 15)) < 1e-6
         }
     for seconds, want in strengths[30].items():
@@ -52,7 +52,7 @@ def test_the_light_follows_by_time_not_by_frames():
 
 
 def test_a_change_of_light_comes_gradually():
-    strengths = [lights[0].strength for _, lights in film(switched(0.4), 30)]
+    strengths = [lights[0].strength for _, lights in lights_over_time(switched(0.4), 30)]
     start, end = light(lit(1, 1, 1)).strength, light(lit(0.4, 0.4, 0.4)).strength
     assert strengths[0] == pytest.approx(start) and strengths[11] == pytest.approx(start)
     assert np.diff(strengths).max() < 1e-6
@@ -61,7 +61,7 @@ def test_a_change_of_light_comes_gradually():
 
 
 def test_a_cut_starts_afresh():
-    lights = [lights[0] for _, lights in film(switched(0.5), 30, cut_at=0.5)]
+    lights = [lights[0] for _, lights in lights_over_time(switched(0.5), 30, cut_at=0.5)]
     want = light(lit(0.4, 0.4, 0.4))
     assert lights[15].strength == pytest.approx(want.strength)
     np.testing.assert_array_equal(lights[15].environment, want.environment)
@@ -97,7 +97,7 @@ def test_a_face_that_was_long_away_is_read_anew():
 
 
 def test_the_room_follows_a_change():
-    moved = [lights[0].environment for _, lights in film(switched(0.4), 30)]
+    moved = [lights[0].environment for _, lights in lights_over_time(switched(0.4), 30)]
     (end,) = light_of(FrameFaces(switched(0)(0), (face_at(points()),)))
     assert np.abs(moved[12] - end.environment).max() > 0.03
     assert np.abs(moved[-1] - end.environment).max() < 0.03

@@ -133,7 +133,7 @@ def test_hdr_shows_the_same_light_in_its_own_primaries(transfer):
 
 
 @pytest.mark.parametrize("pix_fmt", ["gray", "yuv420p"])
-def test_a_film_without_colour_stands_in_white_light(pix_fmt):
+def test_a_video_without_colour_stands_in_white_light(pix_fmt):
     grey = np.repeat(cv2.cvtColor(portrait(), cv2.COLOR_RGB2GRAY)[..., None], 3, axis=2)
     estimate = light(grey, pix_fmt=pix_fmt, full_range=True)
     assert_sane(estimate)

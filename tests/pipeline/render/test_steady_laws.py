@@ -60,8 +60,8 @@ def test_jitter_shakes_borders_no_more_than_those_of_lips(name):
 
 
 @cache
-def still_film():
-    """A still face under noise of sigma 4, followed and smoothed as in a film."""
+def still_video():
+    """A still face under noise of sigma 4, followed and smoothed as in a video."""
     rng = np.random.default_rng(5)
     still = close_up(0, (180, 40, 460, 330))[0].repeat(2, 0).repeat(2, 1)
     noisy = [np.clip(still + rng.normal(0, 4, still.shape), 0, 255) for _ in range(40)]
@@ -77,7 +77,7 @@ def test_a_still_face_shakes_borders_hardly_more_than_lips(name):
     """Above the lips a highlighter follows single points, those of lips follow all of a mask."""
     layer = liner(0.03) if name == "hairline" else LAYERS[name]
     most = 1.25 if name == "highlighter" else 1.0
-    assert 0 < shake(still_film(), layer) <= most * shake(still_film(), LIPSTICK)
+    assert 0 < shake(still_video(), layer) <= most * shake(still_video(), LIPSTICK)
 
 
 def total(layer, points=None):

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from heads import HEAD_PX, IOD_PX, face, film, frame, lip_logits, run_stage, xy_px
+from heads import HEAD_PX, IOD_PX, face, frame, frames_of, lip_logits, run_stage, xy_px
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline.engine.runner import Runner
@@ -85,8 +85,8 @@ def test_the_live_output_does_not_depend_on_later_frames(script):
 @pytest.mark.parametrize("stage", STAGES)
 def test_another_time_base_gives_the_same_points(stage):
     faces = [face(points, logits=SMALL) for points in HEAD_PX[60:90]]
-    a = run_stage(stage(), film(faces, Fraction(1, 30)))
-    b = run_stage(stage(), film(faces, Fraction(1, 90000), 3000))
+    a = run_stage(stage(), frames_of(faces, Fraction(1, 30)))
+    b = run_stage(stage(), frames_of(faces, Fraction(1, 90000), 3000))
     assert (xy_px(a) == xy_px(b)).all()
 
 
@@ -96,7 +96,7 @@ def test_a_later_start_time_gives_the_same_points(stage):
     late = [FrameFaces(frame(index + 12360), (still,), False) for index, still in enumerate(faces)]
     # 412 s is a whole number of all slots; seconds are subtracted in floating point.
     np.testing.assert_allclose(
-        xy_px(run_stage(stage(), film(faces))), xy_px(run_stage(stage(), late)), atol=1e-3
+        xy_px(run_stage(stage(), frames_of(faces))), xy_px(run_stage(stage(), late)), atol=1e-3
     )
 
 
@@ -105,7 +105,7 @@ def test_a_later_start_time_gives_the_same_points(stage):
 def test_a_face_that_stays_is_left_as_it_is(stage, iod_px):
     rng = np.random.default_rng(1)
     still = face(HEAD_PX[100] * iod_px / IOD_PX, logits=rng.normal(0, 4, (80, 112)))
-    for item in run_stage(stage(), film([still] * 14)):
+    for item in run_stage(stage(), frames_of([still] * 14)):
         got = item.faces[0]
         np.testing.assert_allclose(got.points_px, still.points_px, atol=2e-6 * iod_px + 1e-3)
         np.testing.assert_allclose(got.lips.logits, still.lips.logits, atol=1e-5)
@@ -122,7 +122,7 @@ def steady(count, every=1):
 @pytest.mark.parametrize("time_base", [Fraction(1, 24), Fraction(1, 30), Fraction(1, 60)])
 def test_steady_motion_in_a_file_does_not_lag_at_any_frame(time_base):
     true = steady(30)
-    got = xy_px(run_stage(SmoothAhead(), film([face(points) for points in true], time_base)))
+    got = xy_px(run_stage(SmoothAhead(), frames_of([face(points) for points in true], time_base)))
     assert np.abs(got - true).max() < 2e-3  # float32
 
 
@@ -140,14 +140,14 @@ def test_steady_motion_does_not_lag_at_a_variable_frame_rate(steps):
 
 def test_steady_live_motion_lags_less_than_a_third_of_a_frame():
     true = steady(40)
-    got = xy_px(run_stage(SmoothLive(), film([face(points) for points in true])))
+    got = xy_px(run_stage(SmoothLive(), frames_of([face(points) for points in true])))
     assert np.abs(got - true)[5:].max() < 3.7 / 3
 
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_a_step_at_a_cut_is_untouched(stage):
     before, after = face(HEAD_PX[0]), face(HEAD_PX[190] * 0.7 + [400, 90])
-    items = film([before] * 10 + [after] * 10)
+    items = frames_of([before] * 10 + [after] * 10)
     items[10] = FrameFaces(items[10].frame, items[10].faces, cut=True)
     got = run_stage(stage(), items)
     for item, want in zip(got, items, strict=True):
@@ -157,7 +157,7 @@ def test_a_step_at_a_cut_is_untouched(stage):
 @pytest.mark.parametrize("stage", STAGES)
 def test_nothing_is_smoothed_across_a_cut(stage):
     noise = noise_px(20)
-    items = film([face(HEAD_PX[0] + n) for n in noise])
+    items = frames_of([face(HEAD_PX[0] + n) for n in noise])
     items[10] = FrameFaces(items[10].frame, items[10].faces, cut=True)
     whole = xy_px(run_stage(stage(), items))
     second = xy_px(run_stage(stage(), items[10:]))
@@ -170,7 +170,7 @@ def test_a_face_that_was_away_for_long_begins_anew(stage, away, begins_anew):
     noise = noise_px(30)
     faces = [face(HEAD_PX[0] + n) for n in noise]
     faces[10 : 10 + away] = [None] * away
-    items = film(faces)
+    items = frames_of(faces)
     got = run_stage(stage(), items)[10 + away :]
     alone = run_stage(stage(), items[10 + away :])
     same = np.abs(xy_px(got) - xy_px(alone)).max() < 1e-3
@@ -187,7 +187,7 @@ def test_lips_do_not_move_with_errors_of_the_pose(stage, share_of_iod, seed):
     others = ~np.isin(np.arange(still.shape[1]), LIPS)
     read = still.copy()
     read[:, others] += rng.normal(0, share_of_iod * IOD_PX, (40, 1, 2))
-    got = xy_px(run_stage(stage(), film([face(points, logits=SMALL) for points in read])))
+    got = xy_px(run_stage(stage(), frames_of([face(points, logits=SMALL) for points in read])))
     assert np.abs(got - still)[:, LIPS].max() < 2e-3  # px
 
 
@@ -196,7 +196,7 @@ def test_missed_frames_cause_no_false_motion():
     true = steady(24)
     faces = [face(points) for points in true]
     faces[11:13] = [None, None]
-    for item, points in zip(run_stage(SmoothAhead(), film(faces)), true, strict=True):
+    for item, points in zip(run_stage(SmoothAhead(), frames_of(faces)), true, strict=True):
         for found in item.faces:
             assert np.abs(found.points_px[:, :2] - points).max() < 2e-3
 
@@ -207,7 +207,7 @@ def test_two_faces_do_not_influence_each_other(stage):
     left = [face(HEAD_PX[0] + n, 4) for n in noise]
     right = [face(HEAD_PX[i] + [900, 0], 7) for i in range(20)]
     both = [FrameFaces(frame(i), (a, b)) for i, (a, b) in enumerate(zip(left, right, strict=True))]
-    got, alone = run_stage(stage(), both), run_stage(stage(), film(left))
+    got, alone = run_stage(stage(), both), run_stage(stage(), frames_of(left))
     for a, b in zip(got, alone, strict=True):
         assert (a.faces[0].points_px == b.faces[0].points_px).all()
 
@@ -226,7 +226,7 @@ def test_a_face_that_is_not_finite_is_left_out(stage):
     broken = HEAD_PX[0].copy()
     broken[7, 0] = np.nan
     faces = [face(HEAD_PX[0])] * 6 + [face(broken)] + [face(HEAD_PX[0])] * 6
-    got = run_stage(stage(), film(faces))
+    got = run_stage(stage(), frames_of(faces))
     assert [len(item.faces) for item in got] == [1] * 6 + [0] + [1] * 6
     assert all_finite(got)
 
@@ -235,7 +235,7 @@ def test_a_face_that_is_not_finite_is_left_out(stage):
 @pytest.mark.parametrize("to_px", [np.zeros((2, 3)), np.eye(2, 3) * 1e-9, np.eye(2, 3) * 1e6])
 def test_a_degenerate_crop_gives_finite_points(stage, to_px):
     faces = [face(p, logits=SMALL, to_px=to_px) for p in HEAD_PX[:12]]
-    assert all_finite(run_stage(stage(), film(faces)))
+    assert all_finite(run_stage(stage(), frames_of(faces)))
 
 
 # -- the lip patch
@@ -263,7 +263,7 @@ def test_the_patch_stays_on_the_lips_when_the_crop_wanders(stage):
         u, v = (x + shift[0] - 56) / 35, (y + shift[1] - 40) / 18
         items.append(face(points, logits=4 - 6 * (u * u + v * v), to_px=to_px))
         places.append(centred.lips.to_px @ [56, 40, 1])
-    for item, place in zip(run_stage(stage(), film(items)), places, strict=True):
+    for item, place in zip(run_stage(stage(), frames_of(items)), places, strict=True):
         assert placed(item, place) == pytest.approx(4, abs=0.15)
 
 
@@ -272,7 +272,7 @@ def test_the_patch_stays_on_the_lips_when_the_crop_wanders(stage):
 
 def test_a_file_is_held_back_by_four_frames_and_no_more():
     stage = SmoothAhead()
-    items = film([face(HEAD_PX[0], logits=SMALL)] * 20, Fraction(1, 60))
+    items = frames_of([face(HEAD_PX[0], logits=SMALL)] * 20, Fraction(1, 60))
     out = [stage(item) for item in items]
     assert out[:4] == [None] * 4
     assert [item.frame.pts for item in out[4:]] == list(range(16))
@@ -280,15 +280,15 @@ def test_a_file_is_held_back_by_four_frames_and_no_more():
     assert list(stage.drain()) == []
 
 
-def test_slow_films_are_held_back_by_the_time_window_only():
+def test_slow_videos_are_held_back_by_the_time_window_only():
     stage = SmoothAhead()
-    out = [stage(item) for item in film([None] * 6, Fraction(1, 10))]
+    out = [stage(item) for item in frames_of([None] * 6, Fraction(1, 10))]
     assert [item and item.frame.pts for item in out] == [None, None, 0, 1, 2, 3]
 
 
 def test_live_holds_nothing_back():
     stage = SmoothLive()
-    items = film([face(HEAD_PX[0], logits=SMALL)] * 5)
+    items = frames_of([face(HEAD_PX[0], logits=SMALL)] * 5)
     assert [stage(item).frame for item in items] == [item.frame for item in items]
 
 
@@ -304,12 +304,12 @@ def test_runs_as_a_stage():
             pass
 
     sink = Sink()
-    faces = (item for item in film([face(HEAD_PX[0], logits=SMALL)] * 9))
+    faces = (item for item in frames_of([face(HEAD_PX[0], logits=SMALL)] * 9))
     Runner(("faces", faces), [("smooth", SmoothAhead())], ("sink", sink)).run()
     assert sink.pts == list(range(9))
 
 
 def test_without_frames_ahead_no_frame_is_held_back():
-    items = film([face(p) for p in HEAD_PX[:8]])
+    items = frames_of([face(p) for p in HEAD_PX[:8]])
     got = run_stage(SmoothAhead(ahead_frames=0), items)
     np.testing.assert_allclose(xy_px(got), HEAD_PX[:8], atol=1e-3)

@@ -8,7 +8,7 @@ from heads import (
     LOWER_LID,
     UPPER_LID,
     face,
-    film,
+    frames_of,
     lip_logits,
     rms,
     run_stage,
@@ -55,7 +55,7 @@ def test_moments_far_apart_do_not_change_the_noise_level():
 @pytest.mark.parametrize(("stage", "times"), [(SmoothAhead, 2.4), (SmoothLive, 2.2)])
 def test_jitter_of_a_still_face_falls(stage, times, share_of_iod):
     noise = noise_px(150, share_of_iod)
-    got = xy_px(run_stage(stage(), film([face(HEAD_PX[0] + n) for n in noise])))
+    got = xy_px(run_stage(stage(), frames_of([face(HEAD_PX[0] + n) for n in noise])))
     inside = slice(12, 138)
     error = (got - HEAD_PX[0])[inside]
     assert rms(noise[inside], LIPS) > times * rms(error, LIPS)
@@ -66,7 +66,7 @@ def test_jitter_of_a_still_face_falls(stage, times, share_of_iod):
 
 def test_a_talking_head_is_never_worse_than_unsmoothed():
     noise = noise_px(300)
-    got = xy_px(run_stage(SmoothAhead(), film([face(p) for p in HEAD_PX + noise])))
+    got = xy_px(run_stage(SmoothAhead(), frames_of([face(p) for p in HEAD_PX + noise])))
     error = got - HEAD_PX
     lids = [159, 145, 158, 153, 160, 144, 386, 374, 385, 380, 387, 373]
     for points in (LIPS, lids, slice(None)):
@@ -82,7 +82,7 @@ def opening_px(points_px, upper, lower):
 
 @pytest.mark.parametrize(("stage", "share"), [(SmoothAhead, 0.97), (SmoothLive, 0.95)])
 def test_a_blink_keeps_its_depth_and_its_moment(stage, share):
-    got = xy_px(run_stage(stage(), film([face(p) for p in HEAD_PX + noise_px(300, 0.002)])))
+    got = xy_px(run_stage(stage(), frames_of([face(p) for p in HEAD_PX + noise_px(300, 0.002)])))
     true, smoothed = (opening_px(p, UPPER_LID, LOWER_LID) for p in (HEAD_PX, got))
     shut = np.flatnonzero(true < 3.5)  # of 21 px
     assert len(shut) > 10
@@ -97,7 +97,7 @@ def test_lips_closed_for_two_frames_stay_closed(stage):
     true = np.repeat(wide[None], 60, 0)
     for index in (30, 31):
         true[index, LIPS] = closed[LIPS] - closed[LIPS].mean(0) + wide[LIPS].mean(0)
-    got = xy_px(run_stage(stage(), film([face(p) for p in true + noise_px(60, 0.002)])))
+    got = xy_px(run_stage(stage(), frames_of([face(p) for p in true + noise_px(60, 0.002)])))
     true_px, seen_px = (opening_px(p, 13, 14) for p in (true, got))
     drop_px = true_px[20] - true_px[30]
     assert drop_px > 20
@@ -114,8 +114,8 @@ def test_a_shaken_or_nodding_head_is_followed(hz, axis):
     move = np.zeros((120, 1, 2))
     move[:, 0, axis] = 0.3 * IOD_PX * np.sin(2 * np.pi * hz * seconds)
     true = HEAD_PX[0] + move
-    ahead = xy_px(run_stage(SmoothAhead(), film([face(p) for p in true]))) - true
-    live = xy_px(run_stage(SmoothLive(), film([face(p) for p in true]))) - true
+    ahead = xy_px(run_stage(SmoothAhead(), frames_of([face(p) for p in true]))) - true
+    live = xy_px(run_stage(SmoothLive(), frames_of([face(p) for p in true]))) - true
     assert np.abs(ahead).max() < 0.005 * IOD_PX
     assert np.abs(live)[10:].max() < 0.01 * IOD_PX
 
@@ -125,7 +125,7 @@ def test_noise_of_the_lip_patch_falls(stage, times):
     rng = np.random.default_rng(2)
     clean = lip_logits()
     noise = rng.normal(0, 0.7, (60, 80, 112)) + rng.normal(0, 0.2, (60, 1, 1))
-    got = run_stage(stage(), film([face(HEAD_PX[0], logits=clean + n) for n in noise]))
+    got = run_stage(stage(), frames_of([face(HEAD_PX[0], logits=clean + n) for n in noise]))
     error = np.array([item.faces[0].lips.logits for item in got]) - clean
     assert noise[10:50].std() > times * error[10:50].std()
 
@@ -137,7 +137,7 @@ def test_a_hand_in_front_of_the_mouth_counts_at_once(stage, frames):
     clean, hidden = lip_logits(), lip_logits()
     hidden[:, 56:] = -8
     noise = rng.normal(0, 0.5, (40, 80, 112))
-    items = film(
+    items = frames_of(
         [
             face(p, logits=(hidden if i >= 20 else clean) + n, mouth_visible=0.2 if i >= 20 else 1)
             for i, (p, n) in enumerate(zip(HEAD_PX[0] + noise_px(40), noise, strict=True))

@@ -15,7 +15,7 @@ from makeup_video.pipeline.smoothing.realtime import SmoothLive
 _LIPS_APART = 13, 14  # inner rims in the middle
 
 
-def filmed(points_px, seconds):
+def recorded(points_px, seconds):
     return [
         FrameFaces(frame(round(second * 1_000_000), LIVE_TIME_BASE), (face(points),))
         for points, second in zip(points_px, seconds, strict=True)
@@ -28,7 +28,7 @@ def noisy(points_px, seed=0, share=0.003):
 
 
 def live(points_px, seconds):
-    return xy_px(list(map(SmoothLive(), filmed(points_px, seconds))))
+    return xy_px(list(map(SmoothLive(), recorded(points_px, seconds))))
 
 
 def stamps(kind, count, tick=1 / 30):
@@ -108,10 +108,10 @@ def test_smoothing_is_the_same_after_minutes_and_months():
     long = np.concatenate([HEAD_PX, HEAD_PX[::-1]] * 31)[:18000]
     read = noisy(HEAD_PX[:60], seed=4)
     stage = SmoothLive()
-    for item in filmed(long[::6], 1000 + np.arange(3000) / 5 * 1.0001):
+    for item in recorded(long[::6], 1000 + np.arange(3000) / 5 * 1.0001):
         stage(item)
     start = 1000 + 600 + 5
-    got = xy_px(list(map(stage, filmed(read, start + np.arange(60) / 30))))
+    got = xy_px(list(map(stage, recorded(read, start + np.arange(60) / 30))))
     np.testing.assert_allclose(got, live(read, 1000 + np.arange(60) / 30), atol=0.02)
     months = live(read, 2e7 + np.arange(60) / 30)
     np.testing.assert_allclose(months, live(read, 1000 + np.arange(60) / 30), atol=0.02)
@@ -119,7 +119,7 @@ def test_smoothing_is_the_same_after_minutes_and_months():
 
 def test_look_ahead_is_hardly_better_than_realtime():
     true = HEAD_PX[:200]
-    items = filmed(noisy(true), 1000 + np.arange(200) / 30)
+    items = recorded(noisy(true), 1000 + np.arange(200) / 30)
     ahead = SmoothAhead()
     files = [x for x in map(ahead, items) if x is not None] + list(ahead.drain())
     at_once = list(map(SmoothLive(), items))

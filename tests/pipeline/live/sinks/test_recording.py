@@ -99,7 +99,7 @@ def test_a_rotation_is_kept(tmp_path):
     assert round(decoded(tmp_path / "out.mp4")[0].rotation) % 360 == 90
 
 
-def test_a_played_film_is_not_overwritten_by_its_recording(tmp_path):
+def test_a_played_video_is_not_overwritten_by_its_recording(tmp_path):
     clip = make_clip(tmp_path / "in.mp4", frames=2)
     with pytest.raises(UsageError, match="the output is the input"):
         Recording(clip, source=clip, overwrite=True)

@@ -1,4 +1,4 @@
-"""Streams: the received film, absent receivers, and secrets that no message shows."""
+"""Streams: the received video, absent receivers, and secrets that no message shows."""
 
 import contextlib
 import os
@@ -109,12 +109,12 @@ def test_formats_without_rotation_get_upright_pictures(pieces):
         assert next(got.decode(video=0)).width == 64
 
 
-def test_a_receiver_over_udp_gets_a_film(tmp_path):
+def test_a_receiver_over_udp_gets_a_video(tmp_path):
     port, got = free_port(), []
 
     def receive():
-        with av.open(f"udp://127.0.0.1:{port}?timeout=20000000", format="mpegts") as film:
-            for frame in film.decode(video=0):
+        with av.open(f"udp://127.0.0.1:{port}?timeout=20000000", format="mpegts") as received:
+            for frame in received.decode(video=0):
                 got.append(frame)
                 if len(got) == 20:
                     return

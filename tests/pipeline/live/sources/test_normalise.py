@@ -44,7 +44,7 @@ def test_odd_sizes_become_even():
     ("aspect", "size"),
     [(Fraction(16, 11), (140, 64)), (Fraction(8, 9), (96, 72)), (Fraction(1000), (96, 64))],
 )
-def test_a_films_pixels_become_square_if_its_aspect_is_sane(tmp_path, aspect, size):
+def test_a_videos_pixels_become_square_if_its_aspect_is_sane(tmp_path, aspect, size):
     clip = make_clip(tmp_path / "in.mp4", frames=2, sample_aspect_ratio=aspect)
     with closing(open_source(CameraSettings(name=str(clip)), pytest.fail)) as camera:
         frame = next(camera.frames())

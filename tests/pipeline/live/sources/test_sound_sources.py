@@ -37,7 +37,7 @@ def recorded(clip, path, *, loop=False, seconds=60.0):
 
 
 @pytest.mark.parametrize("end", ["mkv", "mp4", "webm"])
-def test_flash_and_clap_of_a_film_stay_together(tmp_path, end):
+def test_flash_and_clap_of_a_video_stay_together(tmp_path, end):
     clip, path = clap_clip(tmp_path / "clap.mp4", 3), tmp_path / f"out.{end}"
     recording = recorded(clip, path)
     flashes, claps = marks(path)
@@ -55,7 +55,7 @@ def test_further_passes_are_in_step_too(tmp_path):
         assert min(abs(clap - flash) for clap in claps) < 0.020
 
 
-def test_a_film_without_sound_gives_none(tmp_path):
+def test_a_video_without_sound_gives_none(tmp_path):
     camera = open_source(
         CameraSettings(name=str(make_clip(tmp_path / "in.mp4", frames=3))), pytest.fail
     )

@@ -115,6 +115,6 @@ def test_a_camera_that_is_gone_for_a_while_comes_back(clips, tmp_path, monkeypat
     assert switch.notice == ""
 
 
-def test_a_film_that_ends_ends_the_run(clips):
+def test_a_video_that_ends_ends_the_run(clips):
     switch = CameraSwitch(CameraSettings(name=clips["a"]), pytest.fail)
     assert len(frames_of(switch, None)) == 9

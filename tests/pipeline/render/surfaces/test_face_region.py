@@ -25,7 +25,7 @@ JITTER = 0.0004  # of the eyes' distance: that of smoothed points of a still fac
 
 
 def scene_at(pts, points_px=None, rgb8=None, track_id=0, cut=False):
-    """The portrait as frame `pts` of a film of 30 frames a second."""
+    """The portrait as frame `pts` of a video of 30 frames a second."""
     frame = frame_of(portrait() if rgb8 is None else rgb8, pts)
     face = face_at(points() if points_px is None else points_px, track_id)
     return FrameScene(frame, coding_of(frame), (FaceScene(face, white_light(), {}),), cut)

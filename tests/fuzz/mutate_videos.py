@@ -1,4 +1,4 @@
-"""Mutations that know how films are stored: atoms, elements, chunks, packets and tags."""
+"""Mutations that know how videos are stored: atoms, elements, chunks, packets and tags."""
 
 from collections.abc import Iterable, Sequence
 from random import Random

@@ -1,11 +1,11 @@
-"""Progress of a film that its caller breaks off with an error: no output, and no part."""
+"""Progress of a video that its caller breaks off with an error: no output, and no part."""
 
 import time
 
 import pytest
 from makeup_video.pipeline import Look, Settings, process_looks, process_video
 from makeup_video.pipeline.media.encode import VideoEncoder
-from people import clip, film
+from people import clip, write_video
 
 
 class OwnError(Exception):
@@ -25,7 +25,7 @@ def several(src, folder, settings, on_progress):
 
 @pytest.mark.parametrize("run", [one, several])
 def test_an_error_while_it_is_reported_leaves_no_part(tmp_path, run):
-    src = film(tmp_path / "in.mkv", clip(40))
+    src = write_video(tmp_path / "in.mkv", clip(40))
 
     def tick(done, *figures):
         if done:
@@ -39,7 +39,7 @@ def test_an_error_while_it_is_reported_leaves_no_part(tmp_path, run):
 
 @pytest.mark.parametrize("run", [one, several])
 def test_no_report_comes_once_an_output_is_being_finished(tmp_path, monkeypatch, run):
-    src, out = film(tmp_path / "in.mkv", clip(3)), tmp_path / "out.mkv"
+    src, out = write_video(tmp_path / "in.mkv", clip(3)), tmp_path / "out.mkv"
     out.write_text("old")
     finish, finishing = VideoEncoder.finish, []
 

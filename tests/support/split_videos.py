@@ -1,4 +1,4 @@
-"""Films with key frames to be split at, each odd in its own way, and what two films differ in."""
+"""Videos with key frames to be split at, each odd in its own way, and what two videos differ in."""
 
 from fractions import Fraction
 from functools import partial
@@ -17,7 +17,7 @@ _MS = Fraction(1, 1000)
 
 
 def rich(path):
-    """Sound, chapters, tags, a font, and a title that is shown for the whole film."""
+    """Sound, chapters, tags, a font, and a title that is shown for the whole video."""
     with av.open(str(path), "w") as out:
         video = add_video(out, options=GROUP)
         sound = out.add_stream("aac", rate=48000, layout="stereo")
@@ -25,7 +25,7 @@ def rich(path):
         titles = add_titles(out, "ass" if path.suffix == ".mkv" else "mov_text")
         if path.suffix == ".mkv":
             out.add_attachment("font.ttf", "font/ttf", b"not really a font" * 10)
-        out.metadata["title"] = "A film"
+        out.metadata["title"] = "A video"
         out.set_chapters(
             [
                 {"id": n, "start": 700 * n, "end": 700 * (n + 1), "time_base": _MS,
@@ -79,7 +79,7 @@ def hidden_frames(path, frames=96, options=None):
 
 VARIABLE = [n * 20 + (7 * n * n) % 11 + 3000 * (n >= 40) for n in range(84)]
 _clip = partial(make_clip, frames=84, options=GROUP)
-FILMS = {
+VIDEOS = {
     "plain.mp4": partial(_clip, audio="aac"),
     "rich.mkv": rich,
     "rich.mp4": rich,
@@ -105,13 +105,13 @@ FILMS = {
 
 
 def differences(one, other):
-    """What two films differ in, apart from the bytes of the painted video."""
+    """What two videos differ in, apart from the bytes of the painted video."""
     first, second = _described(one), _described(other)
     return [name for name in first if first[name] != second[name]]
 
 
 def _described(path):
-    """Everything that a player is told of a film."""
+    """Everything that a player is told of a video."""
     with av.open(str(path)) as container:
         video = container.streams.video[0]
         packets = [packet for packet in container.demux(video) if packet.size]

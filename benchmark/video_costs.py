@@ -1,14 +1,14 @@
-"""The costs of a film: bare codec, --look none and the whole product in turn; start, memory."""
+"""The costs of a video: bare codec, --look none and the whole product in turn; start, memory."""
 
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from makeup_video.benchmark.films import RATE, Film, first_frames
 from makeup_video.benchmark.harness import BARE_THREADS, Bench, beside, in_turn, middle, own_threads
 from makeup_video.benchmark.runs import Run, empty_caches, run_bare, run_command, run_product
 from makeup_video.benchmark.stages import StageLog, bottleneck, fills
+from makeup_video.benchmark.videos import RATE, Video, first_frames
 from makeup_video.pipeline import Report, Settings, process_video
 
 _CHOOSING = 150  # frames on which the bare loop's threads are compared
@@ -16,7 +16,7 @@ _DEFAULT_RUNS = 2  # with the default preset and quality, for times real time al
 _START_SECONDS, _STARTS = 2, 3
 
 
-def compare(bench: Bench, film: Film, name: str) -> dict[str, Any]:
+def compare(bench: Bench, video: Video, name: str) -> dict[str, Any]:
     """Bare loops, `--look none` and the whole product in turn (A B C D, B C D A, ...).
 
     bare: the loop with its best threads, which is the limit.  codec: the loop with the product's
@@ -25,7 +25,7 @@ def compare(bench: Bench, film: Film, name: str) -> dict[str, Any]:
     """
     bare_file, our_file = bench.folder / "bare.mp4", bench.folder / "ours.mp4"
     bench.log(f"{name}: the bare loop's best threads")
-    by_threads = _bare_by_threads(bench, film)
+    by_threads = _bare_by_threads(bench, video)
     best = max(by_threads, key=lambda threads: by_threads[threads])
     # loads and compiles what is needed once, which own_process measures
     run_product(bench.folder / "short.mp4", our_file, bench.look)
@@ -33,7 +33,7 @@ def compare(bench: Bench, film: Film, name: str) -> dict[str, Any]:
 
     def whole() -> Run:
         observed.start()
-        run, report = run_product(film.path, our_file, bench.look, observe=observed)
+        run, report = run_product(video.path, our_file, bench.look, observe=observed)
         reports.append(report)
         return run
 
@@ -41,21 +41,21 @@ def compare(bench: Bench, film: Film, name: str) -> dict[str, Any]:
         bench,
         name,
         {
-            "bare": lambda: run_bare(film.path, bare_file, best),
-            "codec": lambda: run_bare(film.path, bare_file, own_threads(film)),
-            "none": lambda: run_product(film.path, our_file, None)[0],
+            "bare": lambda: run_bare(video.path, bare_file, best),
+            "codec": lambda: run_bare(video.path, bare_file, own_threads(video)),
+            "none": lambda: run_product(video.path, our_file, None)[0],
             "product": whole,
         },
         bench.rounds,
     )
     bench.log(f"{name}: the default preset")
-    times = [_times_real_time(bench, film) for _ in range(min(_DEFAULT_RUNS, bench.rounds))]
-    stages, channels = observed.table(film.frames), fills(report.channels for report in reports)
+    times = [_times_real_time(bench, video) for _ in range(min(_DEFAULT_RUNS, bench.rounds))]
+    stages, channels = observed.table(video.frames), fills(report.channels for report in reports)
     return {
-        "film": film.description,
+        "film": video.description,
         "bare": {**middle(runs["bare"]), "threads": list(best)},
         "bare_by_threads": {f"{a}+{b}": fps for (a, b), fps in by_threads.items()},
-        "codec": {**middle(runs["codec"]), "threads": list(own_threads(film))},
+        "codec": {**middle(runs["codec"]), "threads": list(own_threads(video))},
         "none": {**middle(runs["none"]), **beside(runs["none"], runs["bare"], runs["codec"])},
         "product": {
             **middle(runs["product"]),
@@ -73,22 +73,22 @@ def _painted_share(report: Report) -> float:
     return (report.painted_frames or 0) / report.frames_out
 
 
-def _times_real_time(bench: Bench, film: Film) -> float:
+def _times_real_time(bench: Bench, video: Video) -> float:
     settings = Settings(overwrite=True)
-    report = process_video(film.path, bench.folder / "default.mp4", bench.look, settings)
+    report = process_video(video.path, bench.folder / "default.mp4", bench.look, settings)
     return report.frames_per_second / RATE
 
 
-def _bare_by_threads(bench: Bench, film: Film) -> dict[tuple[int, int], float]:
+def _bare_by_threads(bench: Bench, video: Video) -> dict[tuple[int, int], float]:
     """Frames/s of the bare loop by its threads, the better of two passes."""
     short, target = bench.folder / "short.mp4", bench.folder / "bare.mp4"
-    first_frames(film.path, short, _CHOOSING)
+    first_frames(video.path, short, _CHOOSING)
     run_bare(short, target, BARE_THREADS[0])  # warms the file cache, not counted
     passes = [{t: run_bare(short, target, t).fps for t in BARE_THREADS} for _ in range(2)]
     return {threads: max(fps[threads] for fps in passes) for threads in BARE_THREADS}
 
 
-def own_process(bench: Bench, film: Film, name: str) -> dict[str, float]:
+def own_process(bench: Bench, video: Video, name: str) -> dict[str, float]:
     """What only the real command in its own process shows: peak memory and start-up time.
 
     first_start_seconds: with empty kernel caches.  start_seconds: median of later starts.
@@ -99,7 +99,7 @@ def own_process(bench: Bench, film: Film, name: str) -> dict[str, float]:
 
     def start(environment: dict[str, str]) -> float:
         values = run_command(
-            film.path,
+            video.path,
             target,
             bench.look_words,
             words=short,
@@ -112,7 +112,7 @@ def own_process(bench: Bench, film: Film, name: str) -> dict[str, float]:
     with TemporaryDirectory(dir=bench.folder) as caches:
         environment = empty_caches(Path(caches))
         first, *warm = [start(environment) for _ in range(1 + _STARTS)]
-    whole = run_command(film.path, target, bench.look_words, stderr=bench.child_stderr)
+    whole = run_command(video.path, target, bench.look_words, stderr=bench.child_stderr)
     return {
         "first_start_seconds": first,
         "start_seconds": median(warm),

@@ -1,4 +1,4 @@
-"""Small, unusual films and animations, made at run time: the seeds of video cases."""
+"""Small, unusual videos and animations, made at run time: the seeds of video cases."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -33,11 +33,11 @@ _TITLES = ((20, 150, "One"), (190, 120, "Grüße — 你好"))  # ms, ms, text
 
 
 @dataclass(frozen=True, kw_only=True)
-class Film:
+class Video:
     """One seed: its streams and how they are written.
 
     streams: "video", "title CODEC" or "sound CODEC", in the order of the file.
-    sound_first: audio packets precede video packets.  has_face: the film shows a face to paint.
+    sound_first: audio packets precede video packets.  has_face: the video shows a face to paint.
     """
 
     codec: str = "h264"
@@ -59,7 +59,7 @@ class Film:
     video: dict[str, Any] = field(default_factory=dict)
 
     def write(self, path: Path) -> None:
-        """Raises FFmpeg's error or ValueError where this build cannot write the film."""
+        """Raises FFmpeg's error or ValueError where this build cannot write the video."""
         with av.open(str(path), "w", container_options={**_BITEXACT, **self.container}) as out:
             added = [self._add(out, text) for text in self.streams]
             if self.attachment:
@@ -187,72 +187,72 @@ _B_FRAMES = {"preset": "veryfast", "bf": "2", "g": "6"}
 _TEN_BITS = {"pix_fmt": "yuv420p10le"}
 _LATE = {"time_base": Fraction(1, 600)}
 
-FILMS: dict[str, Film] = {
-    "h264_aac.mp4": Film(has_face=True, options=_B_FRAMES, tags={"title": "A film", "genre": "x"}),
-    "sound_first.mp4": Film(streams=("sound aac", "video"), sound_first=True),
-    "late_edit.mp4": Film(options=_B_FRAMES, video=_LATE, pts=range(700, 900, 20)),
-    "vfr_turned.mp4": Film(
+VIDEOS: dict[str, Video] = {
+    "h264_aac.mp4": Video(has_face=True, options=_B_FRAMES, tags={"title": "A clip", "genre": "x"}),
+    "sound_first.mp4": Video(streams=("sound aac", "video"), sound_first=True),
+    "late_edit.mp4": Video(options=_B_FRAMES, video=_LATE, pts=range(700, 900, 20)),
+    "vfr_turned.mp4": Video(
         video={**_LATE, "size_wh": (98, 66)}, pts=(0, 20, 30, 90, 130, 131, 200),
         rotation_degrees=90,
     ),
-    "hevc_10_bit.mp4": Film(has_face=True, codec="hevc", video=_TEN_BITS),
-    "h264_10_bit.mp4": Film(has_face=True, video=_TEN_BITS, options={"g": "4"}),
-    "fragments.mp4": Film(
+    "hevc_10_bit.mp4": Video(has_face=True, codec="hevc", video=_TEN_BITS),
+    "h264_10_bit.mp4": Video(has_face=True, video=_TEN_BITS, options={"g": "4"}),
+    "fragments.mp4": Video(
         has_face=True, options={"g": "4"},
         container={"movflags": "frag_keyframe+empty_moov+default_base_moof"},
     ),
-    "two_sounds.mp4": Film(
+    "two_sounds.mp4": Video(
         has_face=True, streams=("video", "sound aac", "sound ac3", "title mov_text")
     ),
-    "chapters.mp4": Film(
+    "chapters.mp4": Video(
         chapters=True, tags={"title": "Parts", "own_tag": "x"},
         container={"movflags": "faststart+use_metadata_tags"},
     ),
-    "cover.mp4": Film(cover=True),
-    "odd_444.mp4": Film(video={"size_wh": (65, 49), "pix_fmt": "yuv444p"}, streams=("video",)),
-    "prores.mov": Film(
+    "cover.mp4": Video(cover=True),
+    "odd_444.mp4": Video(video={"size_wh": (65, 49), "pix_fmt": "yuv444p"}, streams=("video",)),
+    "prores.mov": Video(
         codec="prores", video={"pix_fmt": "yuv422p10le"}, streams=("video", "sound pcm_s16le"),
         pts=range(4), video_tags={"timecode": "01:02:03:04"},
     ),
-    "prores_alpha.mov": Film(
+    "prores_alpha.mov": Video(
         codec="prores", video={"pix_fmt": "yuva444p10le"}, options={"profile": "4444"},
         streams=("video",), pts=range(4),
     ),
-    "timecode.mov": Film(video_tags={"timecode": "10:00:00:00"}, streams=("video", "sound alac")),
-    "qtrle_alpha.mov": Film(
+    "timecode.mov": Video(video_tags={"timecode": "10:00:00:00"}, streams=("video", "sound alac")),
+    "qtrle_alpha.mov": Video(
         codec="qtrle", video={"pix_fmt": "argb"}, streams=("video",), pts=range(3)
     ),
-    "ffv1.mkv": Film(
+    "ffv1.mkv": Video(
         codec="ffv1", video={"pix_fmt": "yuv422p10le"}, streams=("video", "sound flac"),
         pts=range(6),
     ),
-    "title_first.mkv": Film(streams=("title subrip", "sound libopus", "video"), chapters=True),
-    "ass_font.mkv": Film(
+    "title_first.mkv": Video(streams=("title subrip", "sound libopus", "video"), chapters=True),
+    "ass_font.mkv": Video(
         has_face=True, streams=("video", "sound libmp3lame", "title ass"), attachment=True,
         options=_B_FRAMES,
     ),
-    "fields.mkv": Film(interlaced=True, options={"preset": "veryfast", "x264-params": "tff=1"}),
-    "hevc_pcm.mkv": Film(codec="hevc", streams=("video", "sound pcm_s24le"), layout="mono"),
-    "two_videos.mkv": Film(streams=("video", "sound ac3", "video"), pts=range(8)),
-    "vp9.webm": Film(
+    "fields.mkv": Video(interlaced=True, options={"preset": "veryfast", "x264-params": "tff=1"}),
+    "hevc_pcm.mkv": Video(codec="hevc", streams=("video", "sound pcm_s24le"), layout="mono"),
+    "two_videos.mkv": Video(streams=("video", "sound ac3", "video"), pts=range(8)),
+    "vp9.webm": Video(
         has_face=True, codec="vp9", streams=("video", "sound libopus"), options={"g": "5"}
     ),
-    "vp9_alpha.webm": Film(codec="vp9", video={"pix_fmt": "yuva420p"}, streams=("video",)),
-    "webvtt.webm": Film(codec="vp9", streams=("video", "sound libopus", "title webvtt")),
-    "av1.webm": Film(codec="av1", streams=("video",)),
-    "mpeg4.avi": Film(codec="mpeg4", streams=("video", "sound libmp3lame")),
-    "mjpeg.avi": Film(
+    "vp9_alpha.webm": Video(codec="vp9", video={"pix_fmt": "yuva420p"}, streams=("video",)),
+    "webvtt.webm": Video(codec="vp9", streams=("video", "sound libopus", "title webvtt")),
+    "av1.webm": Video(codec="av1", streams=("video",)),
+    "mpeg4.avi": Video(codec="mpeg4", streams=("video", "sound libmp3lame")),
+    "mjpeg.avi": Video(
         codec="mjpeg", video={"pix_fmt": "yuvj420p"}, streams=("video", "sound pcm_s16le"),
     ),
-    "h264_b.avi": Film(options=_B_FRAMES, streams=("video", "sound ac3")),
-    "h264_aac.ts": Film(has_face=True, options={"g": "5"}),
-    "two_sounds.ts": Film(streams=("sound mp2", "video", "sound aac"), sound_first=True),
-    "mpeg4.flv": Film(streams=("video", "sound libmp3lame"), rate=44100),
-    "sound_first.flv": Film(streams=("sound aac", "video"), sound_first=True),
-    "h264.mxf": Film(streams=("video", "sound pcm_s16le"), video={"rate": 25}, options={"g": "6"}),
-    "mpeg4.nut": Film(codec="mpeg4", streams=("video", "sound pcm_s16le")),
-    "bare.h264": Film(streams=("video",), options={"g": "5"}),
-    "bare.ivf": Film(codec="vp9", streams=("video",)),
+    "h264_b.avi": Video(options=_B_FRAMES, streams=("video", "sound ac3")),
+    "h264_aac.ts": Video(has_face=True, options={"g": "5"}),
+    "two_sounds.ts": Video(streams=("sound mp2", "video", "sound aac"), sound_first=True),
+    "mpeg4.flv": Video(streams=("video", "sound libmp3lame"), rate=44100),
+    "sound_first.flv": Video(streams=("sound aac", "video"), sound_first=True),
+    "h264.mxf": Video(streams=("video", "sound pcm_s16le"), video={"rate": 25}, options={"g": "6"}),
+    "mpeg4.nut": Video(codec="mpeg4", streams=("video", "sound pcm_s16le")),
+    "bare.h264": Video(streams=("video",), options={"g": "5"}),
+    "bare.ivf": Video(codec="vp9", streams=("video",)),
 }  # fmt: skip
 
 ANIMATIONS: dict[str, Callable[[Path], None]] = {
@@ -266,6 +266,6 @@ ANIMATIONS: dict[str, Callable[[Path], None]] = {
 }
 
 WRITERS: dict[str, Callable[[Path], None]] = {
-    **{name: film.write for name, film in FILMS.items()},
+    **{name: video.write for name, video in VIDEOS.items()},
     **ANIMATIONS,
 }

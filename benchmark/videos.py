@@ -1,7 +1,7 @@
-"""The films that `makeup-video bench` measures with, all made from one clip.
+"""The videos that `makeup-video bench` measures with, all made from one clip.
 
-A film may be longer than its clip, which is then played forwards, backwards, forwards ... without a
-jump. A jump would be a scene cut, where the detector looks for every face anew.
+A video may be longer than its clip, which is then played forwards, backwards, forwards ... without
+a jump. A jump would be a scene cut, where the detector looks for every face anew.
 """
 
 from collections.abc import Iterable, Iterator
@@ -21,11 +21,11 @@ from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.media.input_file import open_video
 
 CODEC, PRESET, CRF = "libx264", "veryfast", 20
-RATE = 30  # frames/s of every film here
-FACE_SHARE = 0.5  # of the height of a film, from the top of the forehead to the chin
-LIKE_A_FILM = {"preset": PRESET, "crf": str(CRF)}
+RATE = 30  # frames/s of every video here
+FACE_SHARE = 0.5  # of the height of a video, from the top of the forehead to the chin
+X264_OPTIONS = {"preset": PRESET, "crf": str(CRF)}
 _NEARLY_LOSSLESS = {"preset": "ultrafast", "crf": "12"}  # for intermediate files
-_GROUP = 15  # frames from one keyframe to the next, in a film that is also read backwards
+_GROUP = 15  # frames from one keyframe to the next, in a video that is also read backwards
 _PROBE = 30  # faces are counted in every 30th frame
 _FOREHEAD, _CHIN = 10, 152
 _GREY = 110
@@ -35,8 +35,8 @@ Rectangle = tuple[int, int, int, int]
 
 
 @dataclass(frozen=True, slots=True)
-class Film:
-    """A film to measure with.
+class Video:
+    """A video to measure with.
 
     faces: how many it shows.  is_cropped: cropped so that its one face fills FACE_SHARE of the
     height.
@@ -57,7 +57,7 @@ class Film:
         return f"{self.size_wh[0]}x{self.size_wh[1]}, {self.frames} frames, {shown}"
 
 
-def make_film(
+def make_video(
     source: Path,
     target: Path,
     height_px: int,
@@ -66,12 +66,12 @@ def make_film(
     as_is: bool = False,
     width_px: int | None = None,
     loops: bool = False,
-) -> Film:
+) -> Video:
     """Scale a clip to a height, as H.264 at 30 frames/s without sound.
 
     A clip of one face is cropped to 16:9 (or to width_px) so that the face fills FACE_SHARE of the
     height. A clip of several faces is only scaled, as is every clip with as_is.
-    frames: length of the film.  loops: the end of the film leads to its beginning; it may then be
+    frames: length of the video.  loops: the end of the video leads to its beginning; it may then be
     shorter.  Raises InputError for a clip without a face, or a damaged one.
     """
     faces, size_wh, box = _view(source, frames)
@@ -87,11 +87,11 @@ def make_film(
         forwards = Path(folder) / "forwards.mkv"
         pictures = islice(_upright(source), most)
         scaled = (_scaled(planes, box, (width_px, height_px)) for planes in pictures)
-        unique = write_film(forwards, scaled, {**_NEARLY_LOSSLESS, "g": str(_GROUP)})
+        unique = write_video(forwards, scaled, {**_NEARLY_LOSSLESS, "g": str(_GROUP)})
         if loops:
             frames = max(2 * (unique - 1), 1)
-        write_film(target, islice(_there_and_back(forwards, unique), frames), LIKE_A_FILM)
-    return Film(target, (width_px, height_px), frames, faces, is_cropped)
+        write_video(target, islice(_there_and_back(forwards, unique), frames), X264_OPTIONS)
+    return Video(target, (width_px, height_px), frames, faces, is_cropped)
 
 
 def _view(source: Path, frames: int) -> tuple[int, tuple[int, int], Rectangle]:
@@ -136,7 +136,7 @@ def _around(face: Rectangle, aspect: float, size_wh: tuple[int, int]) -> Rectang
 
 
 def _upright(source: Path) -> Iterator[np.ndarray]:
-    """The pictures of any film, upright: (3, H, W) uint8, Y'CbCr 4:4:4. Raises InputError."""
+    """The pictures of any video, upright: (3, H, W) uint8, Y'CbCr 4:4:4. Raises InputError."""
     opened = open_video(local_file(source))
     try:
         for picture in opened.container.decode(opened.video):
@@ -165,16 +165,16 @@ def _scaled(planes: np.ndarray, box: Rectangle, size_wh: tuple[int, int]) -> av.
     return picture.reformat(*size_wh, format="yuv420p")
 
 
-def _there_and_back(film: Path, unique: int) -> Iterator[av.VideoFrame]:
-    """The pictures 0 1 ... n-1 n-2 ... 1 0 1 ... of a film with keyframes every _GROUP, endless."""
+def _there_and_back(source: Path, unique: int) -> Iterator[av.VideoFrame]:
+    """The pictures 0 1 ... n-1 n-2 ... 1 0 1 ... without end; a keyframe every _GROUP pictures."""
     return chain.from_iterable(
-        chain(pictures(film), _backwards(film, unique)) for _ in repeat(None)
+        chain(pictures(source), _backwards(source, unique)) for _ in repeat(None)
     )
 
 
-def _backwards(film: Path, unique: int) -> Iterator[av.VideoFrame]:
+def _backwards(source: Path, unique: int) -> Iterator[av.VideoFrame]:
     """The pictures n-2 ... 1, one group of them in memory at a time."""
-    with av.open(str(film)) as box:
+    with av.open(str(source)) as box:
         video = box.streams.video[0]
         assert video.time_base is not None
         for first in range((unique - 1) // _GROUP * _GROUP, -1, -_GROUP):
@@ -190,9 +190,9 @@ def _backwards(film: Path, unique: int) -> Iterator[av.VideoFrame]:
                 yield group[number]
 
 
-def pictures(film: Path, count: int | None = None) -> Iterator[av.VideoFrame]:
+def pictures(source: Path, count: int | None = None) -> Iterator[av.VideoFrame]:
     """Decoded pictures, by a single thread, so that nothing else runs while painting is timed."""
-    with av.open(str(film)) as box:
+    with av.open(str(source)) as box:
         video = box.streams.video[0]
         video.thread_type, video.codec_context.thread_count = "NONE", 1
         yield from islice(box.decode(video), count)
@@ -204,12 +204,12 @@ def frame_of(picture: av.VideoFrame) -> Frame:
     return Frame(picture, picture.pts or 0, base, ColourTags.of(picture))
 
 
-def write_film(target: Path, film: Iterable[av.VideoFrame], options: dict[str, str]) -> int:
+def write_video(target: Path, content: Iterable[av.VideoFrame], options: dict[str, str]) -> int:
     """Write pictures in 4:2:0, one every 1/30 s; returns their number."""
     index = -1
     with av.open(str(target), "w") as out:
         stream: Any = None
-        for index, picture in enumerate(film):
+        for index, picture in enumerate(content):
             if stream is None:
                 stream = out.add_stream(CODEC, rate=RATE, options=options)
                 stream.width, stream.height = picture.width, picture.height
@@ -221,14 +221,14 @@ def write_film(target: Path, film: Iterable[av.VideoFrame], options: dict[str, s
     return index + 1
 
 
-def first_frames(film: Path, target: Path, count: int) -> None:
-    """Write only the first pictures of a film."""
-    write_film(target, pictures(film, count), LIKE_A_FILM)
+def first_frames(source: Path, target: Path, count: int) -> None:
+    """Write only the first pictures of a video."""
+    write_video(target, pictures(source, count), X264_OPTIONS)
 
 
-def repeat_film(film: Path, target: Path, times: int) -> Path:
-    """Repeat a film that `loops`; its packets are copied, not encoded again."""
-    with av.open(str(film)) as box, av.open(str(target), "w") as out:
+def repeat_video(source: Path, target: Path, times: int) -> Path:
+    """Repeat a video that `loops`; its packets are copied, not encoded again."""
+    with av.open(str(source)) as box, av.open(str(target), "w") as out:
         video = box.streams.video[0]
         stream = out.add_stream_from_template(video)
         packets = [packet for packet in box.demux(video) if packet.size]
@@ -244,8 +244,8 @@ def repeat_film(film: Path, target: Path, times: int) -> Path:
     return target
 
 
-def tile(film: Path, target: Path, faces: int, grid: tuple[int, int]) -> Path:
-    """Show a film in the first tiles of a (columns, rows) grid, one per face; the rest is grey."""
+def tile(source: Path, target: Path, faces: int, grid: tuple[int, int]) -> Path:
+    """Show a video in the first tiles of a (columns, rows) grid, one per face; the rest is grey."""
     columns, rows = grid
 
     def tiled(picture: av.VideoFrame) -> av.VideoFrame:
@@ -258,5 +258,5 @@ def tile(film: Path, target: Path, faces: int, grid: tuple[int, int]) -> Path:
             whole[:, y : y + height, x : x + width] = planes
         return av.VideoFrame.from_ndarray(whole, format="yuv444p").reformat(format="yuv420p")
 
-    write_film(target, map(tiled, pictures(film)), LIKE_A_FILM)
+    write_video(target, map(tiled, pictures(source)), X264_OPTIONS)
     return target

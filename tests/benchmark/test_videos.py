@@ -1,4 +1,4 @@
-"""Films for measurements: of the requested length, without jumps, with a face of known size."""
+"""Videos for measurements: of the requested length, without jumps, with a face of known size."""
 
 from fractions import Fraction
 from itertools import islice, pairwise
@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.benchmark import films
+from makeup_video.benchmark import videos
 from makeup_video.pipeline import InputError
 from makeup_video.pipeline.faces.find import find_faces_in_frame
 from media import decoded, make_clip, packets_of, times_of
-from people import SAMPLES, clip, film, grey
+from people import SAMPLES, clip, grey, write_video
 
 UNIQUE = 40
 
@@ -34,7 +34,7 @@ def bounce(index, unique):
 
 @pytest.fixture(scope="module")
 def numbers(tmp_path_factory):
-    """{count: a film of `count` numbered pictures, with a keyframe in every group}"""
+    """{count: a video of `count` numbered pictures, with a keyframe in every group}"""
     folder, clips = tmp_path_factory.mktemp("numbers"), {}
     for count in (1, 2, 3, 15, 16, 31, UNIQUE):
         clips[count] = folder / f"{count}.mkv"
@@ -42,8 +42,8 @@ def numbers(tmp_path_factory):
             av.VideoFrame.from_ndarray(numbered(i), format="rgb24").reformat(format="yuv420p")
             for i in range(count)
         )
-        options = {"preset": "ultrafast", "crf": "12", "g": str(films._GROUP)}
-        assert films.write_film(clips[count], pictures, options) == count
+        options = {"preset": "ultrafast", "crf": "12", "g": str(videos._GROUP)}
+        assert videos.write_video(clips[count], pictures, options) == count
     return clips
 
 
@@ -52,7 +52,7 @@ def test_frames_play_back_and_forth_without_a_jump(numbers, unique):
     count = 3 * unique + 5
     played = [
         number_of(picture)
-        for picture in islice(films._there_and_back(numbers[unique], unique), count)
+        for picture in islice(videos._there_and_back(numbers[unique], unique), count)
     ]
     assert played == [bounce(index, unique) for index in range(count)]
 
@@ -60,7 +60,7 @@ def test_frames_play_back_and_forth_without_a_jump(numbers, unique):
 @pytest.fixture(scope="module")
 def sample(tmp_path_factory):
     target = tmp_path_factory.mktemp("sample") / "face.mp4"
-    return films.make_film(SAMPLES / "in.mp4", target, 240, 70)
+    return videos.make_video(SAMPLES / "in.mp4", target, 240, 70)
 
 
 def test_a_clip_has_the_size_and_length_asked_for(sample):
@@ -73,35 +73,35 @@ def test_a_clip_has_the_size_and_length_asked_for(sample):
 
 def test_the_face_fills_half_the_height(sample):
     for picture in decoded(sample.path)[::23]:
-        (face,) = find_faces_in_frame(films.frame_of(picture))[0].faces
+        (face,) = find_faces_in_frame(videos.frame_of(picture))[0].faces
         top, chin = face.points_px[[10, 152], :2]
         assert np.linalg.norm(top - chin) == pytest.approx(120, rel=0.1)
         assert abs((top + chin)[0] / 2 - 213) < 24
 
 
 def test_neighbouring_frames_are_alike_at_the_turns_too(tmp_path):
-    short = film(tmp_path / "short.mkv", clip(20))
-    made = films.make_film(short, tmp_path / "long.mp4", 120, 60)
+    short = write_video(tmp_path / "short.mkv", clip(20))
+    made = videos.make_video(short, tmp_path / "long.mp4", 120, 60)
     lumas = [picture.to_ndarray()[:120].astype(int) for picture in decoded(made.path)]
     steps = [np.abs(b - a).mean() for a, b in pairwise(lumas)]
     assert len(lumas) == 60 and max(steps) < 3  # codes
 
 
 def test_a_clip_can_be_taken_as_it_is(tmp_path):
-    made = films.make_film(SAMPLES / "in.mp4", tmp_path / "a.mp4", 180, 3, as_is=True)
+    made = videos.make_video(SAMPLES / "in.mp4", tmp_path / "a.mp4", 180, 3, as_is=True)
     assert made.size_wh == (320, 180) and not made.is_cropped and "1 face" in made.description
 
 
 def test_several_faces_are_left_as_they_are(tmp_path):
     both = [np.hstack([rgb8, rgb8]) for rgb8 in clip(2)]
-    made = films.make_film(film(tmp_path / "two.mkv", both), tmp_path / "a.mp4", 180, 4)
+    made = videos.make_video(write_video(tmp_path / "two.mkv", both), tmp_path / "a.mp4", 180, 4)
     assert made.faces == 2 and not made.is_cropped and made.size_wh == (640, 180)
 
 
 def test_a_clip_without_a_face_is_refused(tmp_path):
-    source = film(tmp_path / "grey.mkv", [grey(64, 48)] * 3)
+    source = write_video(tmp_path / "grey.mkv", [grey(64, 48)] * 3)
     with pytest.raises(InputError, match="no face to paint on in 1 of the 1 frames"):
-        films.make_film(source, tmp_path / "out.mp4", 48, 3)
+        videos.make_video(source, tmp_path / "out.mp4", 48, 3)
 
 
 def test_a_damaged_clip_is_refused(tmp_path):
@@ -111,12 +111,12 @@ def test_a_damaged_clip_is_refused(tmp_path):
         data[offset : offset + 32] = bytes(32)
     source.write_bytes(data)
     with pytest.raises(InputError, match=r"short\.mp4 is damaged"):
-        films.make_film(source, tmp_path / "out.mp4", 120, 6)
+        videos.make_video(source, tmp_path / "out.mp4", 120, 6)
 
 
 def test_a_turned_clip_is_measured_upright(tmp_path):
-    turned = film(tmp_path / "turned.mkv", clip(2), rotation_degrees=90)
-    made = films.make_film(turned, tmp_path / "a.mp4", 180, 2)
+    turned = write_video(tmp_path / "turned.mkv", clip(2), rotation_degrees=90)
+    made = videos.make_video(turned, tmp_path / "a.mp4", 180, 2)
     assert made.faces == 1 and made.is_cropped
 
 
@@ -126,7 +126,7 @@ def test_a_turned_clip_is_measured_upright(tmp_path):
 )  # fmt: skip
 def test_the_crop_stays_in_the_picture_where_it_fits(x, y, tall, aspect):
     size = 2000, 1400
-    x0, y0, x1, y1 = films._around((x, y, x, y + tall), aspect, size)
+    x0, y0, x1, y1 = videos._around((x, y, x, y + tall), aspect, size)
     assert y1 - y0 == pytest.approx(2 * tall, abs=1)
     assert x1 - x0 == pytest.approx(aspect * (y1 - y0), abs=1)
     if y1 - y0 <= size[1]:
@@ -135,22 +135,22 @@ def test_the_crop_stays_in_the_picture_where_it_fits(x, y, tall, aspect):
         assert x0 >= 0 and x1 <= size[0]
 
 
-def test_a_film_that_loops_can_be_repeated_without_encoding(tmp_path):
-    short = films.make_film(SAMPLES / "in.mp4", tmp_path / "one.mp4", 120, 21, loops=True)
+def test_a_video_that_loops_can_be_repeated_without_encoding(tmp_path):
+    short = videos.make_video(SAMPLES / "in.mp4", tmp_path / "one.mp4", 120, 21, loops=True)
     assert short.frames == 20
-    film = films.repeat_film(short.path, tmp_path / "long.mp4", 3)
-    assert times_of(film) == [Fraction(n, 30) for n in range(60)]
-    assert {data for _, data in packets_of(film, "video")} == {
+    video = videos.repeat_video(short.path, tmp_path / "long.mp4", 3)
+    assert times_of(video) == [Fraction(n, 30) for n in range(60)]
+    assert {data for _, data in packets_of(video, "video")} == {
         data for _, data in packets_of(short.path, "video")
     }
-    lumas = [picture.to_ndarray()[:120].astype(int) for picture in decoded(film)]
+    lumas = [picture.to_ndarray()[:120].astype(int) for picture in decoded(video)]
     assert all((a == b).all() for a, b in zip(lumas, lumas[20:], strict=False))
     assert np.abs(lumas[19] - lumas[20]).mean() < 3
 
 
 @pytest.mark.parametrize("count", [1, 3, 8])
 def test_tiles_show_the_given_number_of_copies(numbers, tmp_path, count):
-    tiled = decoded(films.tile(numbers[3], tmp_path / "tiled.mp4", count, (4, 2)))
+    tiled = decoded(videos.tile(numbers[3], tmp_path / "tiled.mp4", count, (4, 2)))
     assert len(tiled) == 3 and (tiled[0].width, tiled[0].height) == (256, 96)
     rgb8 = tiled[1].to_ndarray(format="rgb24").astype(int)
     tiles = [rgb8[y : y + 48, x : x + 64].mean() for y in (0, 48) for x in range(0, 256, 64)]

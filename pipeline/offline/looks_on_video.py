@@ -19,17 +19,17 @@ from makeup_video.pipeline.media.input_file import VideoSource
 from makeup_video.pipeline.media.mux import Muxer
 from makeup_video.pipeline.media.side_by_side import SideBySide
 from makeup_video.pipeline.offline.encoding import choose_encoding
-from makeup_video.pipeline.offline.film import (
-    Progress,
-    add_times,
-    channel_frames,
-    film_report,
-    open_decoder,
-    open_muxer,
-)
 from makeup_video.pipeline.offline.report import Outcome, Report
 from makeup_video.pipeline.offline.settings import Settings
 from makeup_video.pipeline.offline.stages import FaceRun, Stages, count_painted
+from makeup_video.pipeline.offline.video import (
+    Progress,
+    add_times,
+    channel_frames,
+    open_decoder,
+    open_muxer,
+    video_report,
+)
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite, open_canvas
 from makeup_video.pipeline.render.scene import FrameScene
@@ -59,7 +59,7 @@ class PaintAndEncode:
             self.encoder.finish(stopped)
 
 
-def paint_film(
+def paint_video(
     source: VideoSource,
     looks: Mapping[Path, Look],
     settings: Settings,
@@ -71,26 +71,26 @@ def paint_film(
     looks: by output, one or more, whose names end alike.  more: others will follow, so a Ctrl-C
     while these outputs are finished is not too late, and raises StoppedError.
     """
-    film = _Film(looks, settings)
-    stages = film.faces(source)
-    film.open(source)
-    runner = film.runner(source, stages)
-    expected = film.decoder.expected_frames
+    run = _Run(looks, settings)
+    stages = run.faces(source)
+    run.open(source)
+    runner = run.runner(source, stages)
+    expected = run.decoder.expected_frames
     try:
-        with closing(film.decoder):
+        with closing(run.decoder):
             runner.run(on_progress and (lambda done: on_progress(done, expected, source.rate)))
     except BaseException:
-        film.fan.cancel()
-        film.remove_parts()
-        if not all(film.fan.errors):
+        run.fan.cancel()
+        run.remove_parts()
+        if not all(run.fan.errors):
             raise
-    film.remove_parts()
+    run.remove_parts()
     if runner.stopped and more:
         raise StoppedError
-    return film.outcomes(source, runner)
+    return run.outcomes(source, runner)
 
 
-class _Film:
+class _Run:
     """The parts of one run: a painter, an encoder and an output for each look."""
 
     def __init__(self, looks: Mapping[Path, Look], settings: Settings) -> None:
@@ -175,7 +175,7 @@ class _Film:
     def _report(self, at: int, path: Path, source: VideoSource, runner: Runner) -> Report:
         sink, composite = self.sinks[at], self._composites[at]
         times = {name: one for name, one in runner.times.items() if name != "outputs"}
-        report = film_report(source, path, self.decoder, sink.encoder, self._muxers[at])
+        report = video_report(source, path, self.decoder, sink.encoder, self._muxers[at])
         add_times(report, times | sink.times, runner.channels)
         if composite is not None:
             self.faces.count(report)

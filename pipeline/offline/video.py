@@ -26,7 +26,7 @@ Progress = Callable[[int, int | None, Fraction], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Film:
+class Video:
     """A video that becomes one output."""
 
     source: VideoSource
@@ -36,14 +36,14 @@ class Film:
     encoder: VideoEncoder
 
     def report(self) -> Report:
-        """As film_report."""
-        return film_report(self.source, self.output, self.decoder, self.encoder, self.muxer)
+        """As video_report."""
+        return video_report(self.source, self.output, self.decoder, self.encoder, self.muxer)
 
 
 @contextmanager
-def begin_film(
+def begin_video(
     source: VideoSource, output: Path, settings: Settings
-) -> Generator[Film, None, None]:
+) -> Generator[Video, None, None]:
     """Begin the output of a video; an error within the block removes what was begun.
 
     Raises UsageError, OutputError.
@@ -54,7 +54,7 @@ def begin_film(
         decoder = open_decoder(source, encoding, muxer, settings)
         encoder = encoding.encoder(muxer, source, settings.encoder_threads)
         with closing(decoder):
-            yield Film(source, output, muxer, decoder, encoder)
+            yield Video(source, output, muxer, decoder, encoder)
     except BaseException:
         if not muxer.is_finished:
             muxer.abort()
@@ -93,7 +93,7 @@ def channel_frames(source: VideoSource) -> int:
     return max(1, min(_CHANNEL_FRAMES, int(_CHANNEL_BYTES // max(frame_bytes, 1))))
 
 
-def film_report(
+def video_report(
     source: VideoSource, output: Path, decoder: Decoder, encoder: VideoEncoder, muxer: Muxer
 ) -> Report:
     """The report of a finished video, without what the stages and channels know.
