@@ -21,6 +21,7 @@ from makeup_video.web.answers import (
     several_faces_message,
     shades_message,
 )
+from makeup_video.web.cut_off import AnswerCutOff
 from makeup_video.web.messages import BYE, error_message
 from makeup_video.web.room import Room
 from makeup_video.web.rooms import Rooms
@@ -96,7 +97,7 @@ def make_app(rooms: Rooms, slow_jobs: SlowJobs, host: str, port: int, log: Log) 
         },
     )
     app.router.redirect_slashes = False
-    return SameOrigin(app, host, port)
+    return SameOrigin(AnswerCutOff(app), host, port)
 
 
 class Endpoints:

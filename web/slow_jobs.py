@@ -15,7 +15,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
 from makeup_video.pipeline.errors import StoppedError
-from makeup_video.web.waiting import STOPPING
+from makeup_video.web.cut_off import STOPPING
 
 _NICE = 10
 T = TypeVar("T")

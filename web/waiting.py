@@ -4,11 +4,9 @@ import asyncio
 from collections.abc import Awaitable, Callable, Coroutine
 from typing import Any, TypeVar
 
-from makeup_video.pipeline.errors import StoppedError
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
-STOPPING = "makeup-video is stopping"
 T = TypeVar("T")
 Run = Callable[[Callable[[], Any]], Awaitable[Any]]
 
@@ -16,8 +14,8 @@ Run = Callable[[Callable[[], Any]], Awaitable[Any]]
 async def while_wanted(request: Request, work: Coroutine[Any, Any, T]) -> T:
     """Return the result of `work`, which is cancelled when the page gives up the request.
 
-    The body of the request must have been read, if it has one. Raises HTTPException, StoppedError
-    when the server stops before, and what `work` raises.
+    The body of the request must have been read, if it has one. Raises HTTPException, and what
+    `work` raises.
     """
     working = asyncio.ensure_future(work)
     leaving = asyncio.ensure_future(_left(request))
@@ -25,9 +23,6 @@ async def while_wanted(request: Request, work: Coroutine[Any, Any, T]) -> T:
         await asyncio.wait([working, leaving], return_when=asyncio.FIRST_COMPLETED)
         if not working.done():
             raise HTTPException(400, "the page has given up this request: send it again")
-    except asyncio.CancelledError:  # by the server, which waits for no request when it stops
-        raise StoppedError(STOPPING) from None
-    else:
         return working.result()
     finally:
         working.cancel()  # on the loop's next turn
