@@ -35,7 +35,7 @@ from makeup_video.pipeline.look.strict_json import object_without_repeats, whole
 from makeup_video.web.session import PHOTO_BYTES, PhotoLook, Session
 
 _LARGEST = 2**63
-# How the page draws a product by the surface that it is worn on, unless it is a line or a powder.
+# How the page draws a product by the region that it is worn on, unless it is a line or a powder.
 _SWATCHES = {"lips": "stroke", "face": "flush"}
 
 
@@ -153,7 +153,7 @@ def _kind(kind: Kind) -> dict[str, Any]:
         "first_finish": kind.first_finish,
         "most": kind.most,
         "order": kind.order,
-        "swatch": "line" if kind.is_line else _SWATCHES.get(kind.surface, "powder"),
+        "swatch": "line" if kind.is_line else _SWATCHES.get(kind.region, "powder"),
         "slots": {name: kind.whole_shape({"slot": name}) for name in kind.slots},
         "dials": [
             {

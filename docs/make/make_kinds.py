@@ -16,7 +16,7 @@ from makeup_video.pipeline.look.params import hex_of
 PAGE = sheet.DOCS / "kinds.md"
 STEPS = 5
 _OPEN = 0  # a frame of samples/in.mp4 with open eyes and a closed mouth
-# What is shown of each surface, and a frame beside it: for eyes one with closed lids.
+# What is shown of each region, and a frame beside it: for eyes one with closed lids.
 _SHOWN: dict[str, tuple[sheet.What, tuple[int, ...]]] = {
     "lips": (sheet.MOUTH, (_OPEN,)),
     "eyes": (sheet.EYE, (_OPEN, 24)),
@@ -31,7 +31,7 @@ def look_of(kind: Kind, shape: dict[str, Any], finish: str | None = None) -> Loo
 
 
 def _row(kind: Kind, looks: list[Look], frame: int) -> list[np.ndarray]:
-    what, _ = _SHOWN[kind.surface]
+    what, _ = _SHOWN[kind.region]
     return [sheet.clip(frame).closeup(look, what, sheet.CELL_WH) for look in looks]
 
 
@@ -47,7 +47,7 @@ def draw_slots(kind: Kind) -> np.ndarray:
 
 def _beside_bare(kind: Kind, looks: dict[str, Look]) -> np.ndarray:
     """Draw the bare face and the looks in every frame that shows the kind."""
-    frames = _SHOWN[kind.surface][1]
+    frames = _SHOWN[kind.region][1]
     cells = [_row(kind, [Look(), *looks.values()], frame) for frame in frames]
     return sheet.grid(cells, ["bare", *looks])
 

@@ -172,7 +172,7 @@ def groups_of(layers: Sequence[Layer]) -> list[Group]:
 def _together(layer: Layer) -> tuple[str, str]:
     """The region of a layer, and the kind of a line."""
     kind = KINDS[layer.kind]
-    return kind.surface, kind.name if kind.is_line else ""
+    return kind.region, kind.name if kind.is_line else ""
 
 
 def _draw(charts: Sequence[Any], layers: Sequence[Layer]) -> list[Drawn]:

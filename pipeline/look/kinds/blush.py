@@ -62,7 +62,7 @@ KIND = Kind(
         Dial("softness", 0.8, "Softness", "How far it fades."),
     ),
     order=10,
-    surface="face",
+    region="face",
     coats=_coats,
     spared=0.3,
 )  # fmt: skip

@@ -228,7 +228,7 @@ KIND = Kind(
     ),
     order=30,
     shown={"wing": 0.25, "lower": 0.5},
-    surface="eyes",
+    region="eyes",
     coats=_coats,
     is_line=True,
     keep_highlights=0.1,

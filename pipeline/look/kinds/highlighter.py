@@ -57,7 +57,7 @@ KIND = Kind(
         Dial("softness", 0.6, "Softness", "How far they fade."),
     ),
     order=15,
-    surface="face",
+    region="face",
     coats=_coats,
     spared=0.3,
 )

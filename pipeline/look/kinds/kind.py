@@ -111,7 +111,7 @@ class Kind:
     shown: the shape with which the documents show what each number of it does.
     most: how many layers of this kind a look may have.
     order: kinds with smaller numbers are painted first.
-    surface: the region of a face that it is painted on, a key of REGIONS in render/regions.
+    region: where on a face it is painted, a key of REGIONS in render/regions.
     coats: what a layer puts on a surface of that region, given its fields, in order of painting.
     Densities are drawn once for a look, whatever the face; strokes for every frame.
     is_line: True for a kind whose only coat is drawn with strokes.
@@ -141,7 +141,7 @@ class Kind:
     shown: Mapping[str, Any] = field(default_factory=dict)
     most: int = 1
     order: int
-    surface: str
+    region: str
     coats: Callable[[Any, GraphicsParams, Shape], list[Coat]]
     is_line: bool = False
     spared: float = 0.0

@@ -56,7 +56,7 @@ KIND = Kind(
         Dial("rim_color", "#5A1A1E", "Rim's colour", "The lip liner's colour.", is_colour=True),
     ),
     order=40,
-    surface="lips",
+    region="lips",
     coats=_coats,
     spared=0.17,
     keep_matte=0.2,

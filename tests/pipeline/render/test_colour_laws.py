@@ -113,7 +113,7 @@ def test_nothing_changes_outside_the_mask(pix_fmt, cut, monkeypatch):
 @given(layer_lists())
 def test_no_look_changes_pixels_far_from_lips_and_eyes(layers):
     """Blush and other kinds of the whole face are left out."""
-    look = Look(layer for layer in layers if KINDS[layer.kind].surface != "face")
+    look = Look(layer for layer in layers if KINDS[layer.kind].region != "face")
     scene = close_up_scene("yuv420p")
     points = scene.faces[0].face.points_px[:, :2]
     nose, chin, brow = points[5, 1], points[152, 1], points[10, 1]

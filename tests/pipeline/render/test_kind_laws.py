@@ -35,7 +35,7 @@ def surfaces_of(kind):
     scene = close_up_scene()
     return [
         lit.surface
-        for lit in REGIONS[KINDS[kind].surface].lit(scene, scene.faces[0], Reader(device()))
+        for lit in REGIONS[KINDS[kind].region].lit(scene, scene.faces[0], Reader(device()))
     ]
 
 
@@ -181,7 +181,7 @@ def test_a_scaled_surface_lies_on_the_scaled_picture(kind):
 
 @any_kind
 def test_light_and_amount_of_a_region_are_shares(kind):
-    face, region = close_up_scene().faces[0], REGIONS[KINDS[kind].surface]
+    face, region = close_up_scene().faces[0], REGIONS[KINDS[kind].region]
     assert 0 <= region.amount(face) <= 1
     for lit in lit_of(face):
         assert 0 < region.shade(face.light, lit.mean) <= 1

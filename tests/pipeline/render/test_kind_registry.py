@@ -41,7 +41,7 @@ def _coats(at: FaceFields, product, shape):
 KIND = Kind(
     name="freckles", part="freckles", title="Freckles", product="Freckle pen", hidden="cheeks",
     category="freckle", first_rgb=(120, 70, 50), first_finish="matte",
-    finishes=LIPSTICK.finishes, is_read=False, order=15, surface="face", coats=_coats, most=2,
+    finishes=LIPSTICK.finishes, is_read=False, order=15, region="face", coats=_coats, most=2,
     dials=(
         Dial("amount", 1.0, "Amount", "How many there are."),
         Dial("tone", "warm", "Tone", "Their tone.", choices=("warm", "cool")),
@@ -205,7 +205,7 @@ def test_every_kind_of_the_registry_is_whole():
     assert all(name == kind.name for name, kind in KINDS.items())
     assert len(PARTS) == len(KINDS) == len({kind.order for kind in KINDS.values()})
     for kind in KINDS.values():
-        assert kind.surface in REGIONS and list(kind.finishes) == list(FINISHES)
+        assert kind.region in REGIONS and list(kind.finishes) == list(FINISHES)
         assert kind.first_finish in FINISHES and kind.most >= 1
         dials = {dial.name: dial for dial in kind.dials}
         assert len(dials) == len(kind.dials)

@@ -31,7 +31,7 @@ from plain_scenes import plain_scene, turned_head
 
 any_kind = pytest.mark.parametrize("kind", KINDS)
 on_eyes = pytest.mark.parametrize(
-    "kind", [name for name, kind in KINDS.items() if kind.surface == "eyes"]
+    "kind", [name for name, kind in KINDS.items() if kind.region == "eyes"]
 )
 SIZE = 440, 400
 EYEBALLS = EYE_CONTOUR, RIGHT_EYE[: len(EYE_CONTOUR)]

@@ -16,7 +16,7 @@ KIND = KINDS["eyeliner"]
 
 def open_eyes():
     scene = close_up_scene()
-    lits = REGIONS[KIND.surface].lit(scene, scene.faces[0], Reader(device()))
+    lits = REGIONS[KIND.region].lit(scene, scene.faces[0], Reader(device()))
     return lits[0].surface.fields()
 
 
