@@ -187,6 +187,7 @@ class _Painting:
             UntilEnd,
         )
         from makeup_video.pipeline.offline.stages import PaintRun
+        from makeup_video.pipeline.smoothing.lookahead import AHEAD_FRAMES
 
         run = PaintRun(job.look, job.settings.faces, job.settings.device)
         steps = run(source)
@@ -195,7 +196,7 @@ class _Painting:
         self._composite = run.composite
         self._painter = FromBeginning(job.segment, self._composite, painter, job.known)
         self._faces = SegmentFaces(find, job.segment, job.seen_again_from)
-        self.ahead_frames = smooth.ahead_frames
+        self.ahead_frames = AHEAD_FRAMES
         self.stages = [
             ("faces", self._faces),
             ("smooth", smooth),

@@ -26,6 +26,10 @@ from makeup_video.pipeline.smoothing.tracks import Tracks
 # weight by time here, time constant of the live filter.
 SCORE_SECONDS = 0.025
 _WINDOW_SECONDS = 0.14  # to both sides of a frame: four frames at 30 fps, three at 24
+# At most so many frames to both sides. Those ahead are held in memory (12 MB each at 2160p, 25 MB
+# with 10 bits), and a hardware decoder has only so many pictures to lend. Four make nine moments,
+# so noise falls to a third; a quarter would take twice the memory.
+AHEAD_FRAMES = 4
 # (parts, columns) values flattened -> each column from the part that it belongs to.
 _OWN = PART_OF_COLUMN * len(PART_OF_COLUMN) + np.arange(len(PART_OF_COLUMN))
 
@@ -33,17 +37,12 @@ _OWN = PART_OF_COLUMN * len(PART_OF_COLUMN) + np.arange(len(PART_OF_COLUMN))
 class SmoothAhead:
     """FrameFaces -> FrameFaces, a few frames later, without lag.
 
-    The time window reaches _WINDOW_SECONDS to both sides, but never more than `ahead_frames`
-    frames. Those frames are held in memory (12 MB each at 2160p, 25 MB with 10 bits), and a
-    hardware decoder has only so many pictures to lend. Four frames make nine moments, so noise
-    falls to a third; a quarter would take twice the memory. Faces with numbers that are not finite
-    are left out.
+    The time window reaches _WINDOW_SECONDS to both sides, but never more than AHEAD_FRAMES. Faces
+    with numbers that are not finite are left out.
     """
 
-    def __init__(self, ahead_frames: int = 4) -> None:
-        self.ahead_frames = ahead_frames
-        size = 2 * ahead_frames + 1
-        self._tracks = Tracks(lambda face: _TimeWindow(face, size))
+    def __init__(self) -> None:
+        self._tracks = Tracks(lambda face: _TimeWindow(face, 2 * AHEAD_FRAMES + 1))
         # The frame, its time, and the track and index of each face. A held frame keeps its tracks,
         # so a track that has ended still smooths the frames that it was in.
         self._held: deque[tuple[FrameFaces, float, list[tuple[_TimeWindow, int]]]] = deque()
@@ -56,7 +55,7 @@ class SmoothAhead:
             track = self._tracks.track_of(face, now)
             moments.append((track, track.push(face, now)))
         self._held.append((item, now, moments))
-        if len(self._held) > self.ahead_frames or now - self._held[0][1] >= _WINDOW_SECONDS:
+        if len(self._held) > AHEAD_FRAMES or now - self._held[0][1] >= _WINDOW_SECONDS:
             return self._release()
         return None
 

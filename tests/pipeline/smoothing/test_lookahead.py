@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from makeup_video.pipeline.engine.runner import Runner
 from makeup_video.pipeline.faces.face import FrameFaces
 from makeup_video.pipeline.faces.topology import LIPS
+from makeup_video.pipeline.smoothing import lookahead
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 from makeup_video.pipeline.smoothing.realtime import SmoothLive
 from noisy_heads import STAGES, noise_px
@@ -309,7 +310,8 @@ def test_runs_as_a_stage():
     assert sink.pts == list(range(9))
 
 
-def test_without_frames_ahead_no_frame_is_held_back():
+def test_without_frames_ahead_no_frame_is_held_back(monkeypatch):
+    monkeypatch.setattr(lookahead, "AHEAD_FRAMES", 0)
     items = frames_of([face(p) for p in HEAD_PX[:8]])
-    got = run_stage(SmoothAhead(ahead_frames=0), items)
+    got = run_stage(SmoothAhead(), items)
     np.testing.assert_allclose(xy_px(got), HEAD_PX[:8], atol=1e-3)
