@@ -61,7 +61,7 @@ class VideoCodec(NamedTuple):
     bottom_first: the parameter for videos that show the bottom field first.
     hdr: None where the encoder cannot carry static HDR10 metadata.  captions: it can carry closed
     captions.  stereo: it can carry how the views of stereo 3D are packed.
-    live_preset: the default preset of recordings, fast enough to be live; None: `preset`.
+    live_preset: the preset of recordings, fast enough to be live; None: `preset`.
     live_options: (option, value) pairs for recordings, so that packets come out in order and
     without delay.
     many_threads: it starts more threads than there are cores, each with pictures of its own.

@@ -56,7 +56,7 @@ class LiveEncoder:
         except (av.FFmpegError, ValueError) as error:
             raise EncodeError(
                 f"{encoder} refuses {frame.width_px}x{frame.height_px} {frame.pix_fmt}: "
-                "choose another size or codec"
+                "choose another size"
             ) from error
 
     def __call__(self, picture: av.VideoFrame | None) -> Iterator[Any]:

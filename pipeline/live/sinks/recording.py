@@ -32,7 +32,6 @@ class Recording:
     path: .mp4, .m4v, .mov, .mkv or .webm. The file grows as NAME.part.EXT and gets its name when
     the run is stopped.
     source: the file that is played as the camera; None for a device.
-    codec, crf, preset: as for a video; the default preset is one fast enough for a live run.
     rate: expected frames per second, for rate control alone.
     sound: the run's sound, which is recorded as well; None: no sound.
     Raises UsageError or OutputError before anything is written. A call raises EncodeError,
@@ -48,17 +47,14 @@ class Recording:
         path: str | os.PathLike[str],
         *,
         overwrite: bool = False,
-        codec: str | None = None,
-        crf: int | None = None,
-        preset: str | None = None,
         rate: Fraction | float = 30,
         source: Path | None = None,
         sound: SoundTap | None = None,
     ) -> None:
         self.name = Path(path).name
         self._format = container_of(path)
-        self._codec = pick_codec(codec, self._format, deep=False, alpha=False)
-        self._options = encoder_options(self._codec, crf, preset or self._codec.live_preset)
+        self._codec = pick_codec(None, self._format, deep=False, alpha=False)
+        self._options = encoder_options(self._codec, None, self._codec.live_preset)
         self._options.update(self._codec.live_options)
         keep_quiet(self._options, self._codec)
         self._rate = Fraction(rate).limit_denominator(1001)
