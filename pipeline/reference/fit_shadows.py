@@ -41,11 +41,11 @@ _OWN_HUE = 1.0  # of the photo's skin, as of TypicalSkin: brown stays brown on p
 _WARMEST_PERCENTILE = 75
 _LID_TO = 1.4
 _WARM = 1.0, 1.15  # red as a share of blue in light that is a little warm, and wholly
-# In warm light no product is colder, in a* and in b*, than the coldest of the cells where it lies.
 _DENSE = 0.5  # share of a product's highest density from which on it lies in a cell
-_COLDEST_PERCENTILE = 5  # of a* and b* there: the coldest
-# Where even the cold ones are greener or bluer than grey, it may be so many times as cold as they.
-_COLD_PERCENTILE = 25
+_COLD_PERCENTILE = 25  # of a* and b* of the cells where a product lies: the cold ones
+# In warm light no product is colder than the coldest of these cells. Where even the cold ones are
+# greener or bluer than grey, it may be so many times as cold as they.
+_COLDEST_PERCENTILE = 5
 _COLDER = 4.0
 _ALL_FROM = 0.3  # probability of eyeshadow from which on all of the opacity is painted
 _UNLIKELY_SHARE = 0.6  # what of it is painted where eyeshadow is hardly likely
@@ -88,7 +88,8 @@ def fit_shadows(
     shown = _no_redder_below(_shaded(shown, cells.film.bare), skin)
     first = first_shadows(shown, cells, skin.most())
     found = spread(shown, cells, *first, skin.most(), lined, winged)
-    found = replace(found, roots=_no_colder(found, shown, skin, neutral.light))
+    in_photo = lab_of_linear(on_map(seen) ** 2 * neutral.skin * neutral.light)
+    found = replace(found, roots=_no_colder(found, shown, in_photo, skin, neutral.light))
     found = replace(found, densities=_without_brows(found, skin))
     share = likely_share(probability, _ALL_FROM, _UNLIKELY_SHARE)
     return _layers(found, skin, finish, share)
@@ -148,21 +149,33 @@ def _no_redder_below(seen: np.ndarray, skin: TypicalSkin) -> np.ndarray:
     return np.concatenate([seen[: len(above)], skin.roots_of(below)])
 
 
-def _no_colder(found: Spread, seen: np.ndarray, skin: TypicalSkin, light: np.ndarray) -> np.ndarray:
-    """The roots of the products, (N, 3), in a warm photo hardly greener or bluer than they are seen
-    where they lie: some of what is taken for warm light is warm skin, and without it black and
-    brown become blue."""
+def _no_colder(
+    found: Spread, seen: np.ndarray, in_photo: np.ndarray, skin: TypicalSkin, light: np.ndarray
+) -> np.ndarray:
+    """The roots of the products, (N, 3), hardly greener or bluer than they are seen where they lie.
+
+    Some of what is taken for warm light is warm skin; without it black and brown become blue. That
+    is bounded in a warm photo and, in any photo, where a product looks redder and yellower than
+    grey: there it is at least as red and yellow as it looks.
+    in_photo: (27, 24, 3), the cells in CIELAB, in the photo's own light.
+    """
     first, last = _WARM
     warm = min(max((float(light[0] / light[2]) - first) / (last - first), 0), 1)
     roots, labs = found.roots.copy(), skin.lab(seen)
     for root, density in zip(roots, found.densities, strict=True):
-        there = labs[density > _DENSE * density.max()]
-        if warm and len(there):
-            percentiles = _COLDEST_PERCENTILE, _COLD_PERCENTILE
-            coldest, cold = np.percentile(there, percentiles, axis=0)
-            lab = skin.lab(root)
-            colder = np.maximum(np.minimum(coldest, _COLDER * cold) - lab, 0)
-            lab[1:] += warm * colder[1:]
+        there = density > _DENSE * density.max()
+        if not there.any():
+            continue
+        lab = skin.lab(root)
+        percentiles = _COLDEST_PERCENTILE, _COLD_PERCENTILE
+        coldest, cold = np.percentile(labs[there], percentiles, axis=0)
+        more = warm * np.maximum(np.minimum(coldest, _COLDER * cold) - lab, 0)
+        looks = np.percentile(in_photo[there], _COLD_PERCENTILE, axis=0)
+        if looks[1:].min() > 0:
+            as_dark = looks * min(lab[0] / looks[0], 1)  # hues fade as light does
+            more = np.maximum(more, as_dark - lab)
+        if more[1:].any():
+            lab[1:] += more[1:]
             root[:] = skin.roots_of(lab)
     return roots
 

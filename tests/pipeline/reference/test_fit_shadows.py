@@ -25,6 +25,7 @@ from reference_photos import face
 
 LID = product((90, 58, 46), "matte", "eyes")
 FULL = {"slot": "full"}
+GREY = np.broadcast_to([50.0, 0.0, 0.0], (27, 24, 3))
 
 
 def neutral_of(rgb8):
@@ -118,7 +119,7 @@ def test_few_cold_cells_make_no_product_cold_if_light_is_warm(share, b, red):
     blue = skin.roots_of(np.array([[50.0, 0.0, -60.0]]))
     found = Spread(blue, dense, np.ones(1))
     light = np.array([red, 1.0, 1.0])
-    least = skin.lab(shadows._no_colder(found, seen, skin, light))[0, 2]
+    least = skin.lab(shadows._no_colder(found, seen, GREY, skin, light))[0, 2]
     assert least >= 4 * b - 0.1
     if share < 0.04:  # less than a twentieth
         assert least == pytest.approx(plain[2], abs=0.1)
@@ -128,9 +129,33 @@ def test_few_cold_cells_make_no_product_cold_if_light_is_warm(share, b, red):
         assert least == pytest.approx(max(4 * b, skin.lab(blue)[0, 2]), abs=0.1)
 
 
+@given(st.floats(20, 80), st.floats(0.1, 30), st.floats(0.1, 30), st.floats(20, 80))
+def test_what_looks_warm_in_a_photo_is_painted_no_colder(lightness, red, yellow, fitted):
+    """Dark brown on warm skin is as much less yellow than the skin as blue is on pale skin."""
+    looks = np.broadcast_to([lightness, red, yellow], (27, 24, 3))
+    painted = painted_blue(fitted, looks)
+    as_dark = np.array([red, yellow]) * min(fitted / lightness, 1)
+    np.testing.assert_allclose(painted[1:], as_dark, atol=0.1)
+    assert painted[0] == pytest.approx(fitted, abs=0.1)
+
+
+@given(st.floats(20, 80), st.floats(-40, 30), st.floats(-60, 0))
+def test_what_looks_blue_in_a_photo_is_painted_blue(lightness, red, blue):
+    looks = np.broadcast_to([lightness, red, blue], (27, 24, 3))
+    np.testing.assert_array_equal(painted_blue(50, looks), painted_blue(50, GREY))
+
+
+def painted_blue(lightness, looks):
+    """CIELAB of the product that a blue one becomes in light without a cast."""
+    skin = TypicalSkin.of(bare(), 1.0)
+    found = Spread(skin.roots_of(np.array([[lightness, 0, -20]])), np.ones((1, 27, 24)), np.ones(1))
+    roots = shadows._no_colder(found, np.ones((27, 24, 3)), looks, skin, np.ones(3))
+    return skin.lab(roots)[0]
+
+
 def test_in_cool_light_products_stay_as_cold_as_fitted():
     skin = TypicalSkin.of(bare(), 1.0)
     found = Spread(skin.roots_of(np.array([[50.0, 0, -60]])), np.ones((1, 27, 24)), np.ones(1))
     seen = np.ones((27, 24, 3))
-    same = shadows._no_colder(found, seen, skin, np.array([0.9, 1.0, 1.1]))
+    same = shadows._no_colder(found, seen, GREY, skin, np.array([0.9, 1.0, 1.1]))
     np.testing.assert_array_equal(same, found.roots)
