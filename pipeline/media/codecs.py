@@ -61,9 +61,8 @@ class VideoCodec(NamedTuple):
     bottom_first: the parameter for videos that show the bottom field first.
     hdr: None where the encoder cannot carry static HDR10 metadata.  captions: it can carry closed
     captions.  stereo: it can carry how the views of stereo 3D are packed.
-    live_preset: the preset of recordings, fast enough to be live; None: `preset`.
-    live_options: (option, value) pairs for recordings, so that packets come out in order and
-    without delay.
+    live_preset, live_options: of the codecs that live recordings have: a preset fast enough, and
+    (option, value) pairs, so that packets come out in order and without delay.
     many_threads: it starts more threads than there are cores, each with pictures of its own.
     is_hardware: the encoder is one of a graphics chip, see hardware.py.
     handed: (ours, its) pairs of pixel formats, where the encoder takes another order of samples.
@@ -140,7 +139,6 @@ CODECS = {
             tag=APPLE_HEVC, captions=True,
             parameters="x265-params", quiet=("log-level=none",),
             hdr=HdrParameters("master-display", "max-cll", in_units=True),
-            live_preset="ultrafast", live_options=(("bf", "0"),),
             also=("h265", "x265", "libx265", "hvc1"),
         ),
         VideoCodec(
@@ -151,7 +149,6 @@ CODECS = {
             options=lambda crf, preset: {"crf": str(crf), "preset": preset},
             parameters="svtav1-params", quiet_environment=(("SVT_LOG", "-1"),),
             hdr=HdrParameters("mastering-display", "content-light", in_units=False),
-            live_preset="12", live_options=(("svtav1-params", "pred-struct=1"),),  # low delay
             also=("svt-av1", "libsvtav1"),
         ),
         VideoCodec(

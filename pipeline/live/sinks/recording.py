@@ -21,7 +21,6 @@ from makeup_video.pipeline.live.sinks.encoder import LiveEncoder
 from makeup_video.pipeline.live.sinks.sound_encoder import SoundEncoder, sound_in_words
 from makeup_video.pipeline.live.sound import SoundTap
 from makeup_video.pipeline.media.codecs import MATROSKA, container_of, encoder_options, pick_codec
-from makeup_video.pipeline.media.encode import keep_quiet, name_codec
 from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 
 
@@ -56,7 +55,6 @@ class Recording:
         self._codec = pick_codec(None, self._format, deep=False, alpha=False)
         self._options = encoder_options(self._codec, None, self._codec.live_preset)
         self._options.update(self._codec.live_options)
-        keep_quiet(self._options, self._codec)
         self._rate = Fraction(rate).limit_denominator(1001)
         self._convert = ConvertPixelFormat(self._codec)
         check_place(os.fspath(path), source, overwrite=overwrite)
@@ -153,7 +151,6 @@ class Recording:
         encoder = LiveEncoder(
             self._container, self._codec.encoder, self._options, frame, self._rate
         )
-        name_codec(encoder.stream, self._codec, self._format)
         if self._sound is not None:
             self._sound_encoder = SoundEncoder(
                 self._container,

@@ -12,12 +12,10 @@ import numpy as np
 import pytest
 from makeup_video.pipeline import DecodeError, EncodeError, OutputError, UsageError
 from makeup_video.pipeline.live.interfaces import LivePicture
-from makeup_video.pipeline.live.sinks import recording as recording_module
 from makeup_video.pipeline.live.sinks.recording import Recording
 from makeup_video.pipeline.live.sound import SoundTap
 from makeup_video.pipeline.live.sources.camera import CameraSettings, open_source
 from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
-from makeup_video.pipeline.media.codecs import CODECS
 from media import decoded, make_clip, picture, times_of
 
 UNEVEN = [0, 33, 70, 71, 500, 9000]  # milliseconds
@@ -30,11 +28,6 @@ def live(milliseconds, pix_fmt="yuv420p", size_wh=(96, 64)):
         yield LivePicture(
             door(picture(index, *size_wh, pix_fmt), 55555.123 + milliseconds_in / 1000)
         )
-
-
-def choose(monkeypatch, codec):
-    """Let recordings have a codec that is the default of no container."""
-    monkeypatch.setattr(recording_module, "pick_codec", lambda *_, **__: CODECS[codec])
 
 
 def record(path, pictures, **settings):
@@ -66,14 +59,6 @@ def test_colours_arrive_with_their_tags(tmp_path, pix_fmt, matrix, span):
     assert got.colorspace == want.tags.matrix
     luma = np.frombuffer(got.planes[0], np.uint8).reshape(64, -1)[:, :96]
     assert np.abs(luma.astype(int) - want.planes[0]).mean() < 2
-
-
-@pytest.mark.parametrize("end", [".mp4", ".mov"])
-def test_hevc_is_named_as_apple_plays_it(tmp_path, monkeypatch, end):
-    choose(monkeypatch, "hevc")
-    record(tmp_path / f"out{end}", live([0, 40, 80]))
-    with av.open(str(tmp_path / f"out{end}")) as container:
-        assert container.streams.video[0].codec_context.codec_tag == "hvc1"
 
 
 def test_the_pictures_are_only_read(tmp_path):
@@ -137,14 +122,6 @@ def test_an_encoder_that_refuses_is_one_line_and_no_file(tmp_path):
     with pytest.raises(EncodeError, match="libx264 refuses 16400x2") as caught:
         record(tmp_path / "out.mp4", live([0], size_wh=(16400, 2)))
     assert "\n" not in str(caught.value) and list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("codec", ["hevc", "av1", "vp9", "ffv1"])
-def test_the_other_codecs_record_too(tmp_path, monkeypatch, codec):
-    choose(monkeypatch, codec)
-    path = tmp_path / "out.mkv"
-    record(path, live(UNEVEN))
-    assert [round(float(t) * 1000) for t in times_of(path)] == UNEVEN
 
 
 def test_pictures_of_another_size_end_it_in_one_line(tmp_path):
