@@ -26,6 +26,7 @@ from makeup_video.pipeline.media.encode import VideoEncoder
 from makeup_video.pipeline.offline.stages import FaceRun
 from media import add_video, encode_frames, make_clip
 from people import SAMPLES, clip
+from workers import InThisProcess
 
 HELD = (VideoEncoder, Decoder, OutputFile, FaceRun, Device)
 LOOK = ready_look("berry").look
@@ -33,16 +34,6 @@ LOOK = ready_look("berry").look
 
 def held():
     return [one for one in gc.get_objects() if isinstance(one, HELD)]
-
-
-class InThisProcess:
-    per_machine = None
-
-    def run(self, task, job, report):
-        return task(job, report)
-
-    def stop(self):
-        pass
 
 
 def one_look(folder):

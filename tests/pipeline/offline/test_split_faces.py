@@ -1,6 +1,7 @@
 """Faces across the seams of a video in segments: their numbers, and how they are painted."""
 
 from fractions import Fraction
+from functools import cache
 
 import numpy as np
 import pytest
@@ -8,10 +9,13 @@ from makeup_video.pipeline import Settings, find_faces, process_video, ready_loo
 from makeup_video.pipeline.offline.split import plan_of
 from media import add_video, decoded
 from people import TICK, clip, face_of, frame_of, grey, put
+from workers import InThisProcess
 
 LOOK = ready_look("glam").look
-MINUTES = Fraction(3, 60)
-SECOND_FACE_FROM = 70  # of 200 frames
+MINUTES = Fraction(5, 2 * 60)
+# The run-up of the second segment takes two seconds, and begins well after the film does.
+FRAMES, SEAM = 120, 75
+SECOND_FACE = range(50, 110)
 
 
 @pytest.fixture(scope="module")
@@ -22,10 +26,10 @@ def two_faces(tmp_path_factory):
     path = tmp_path_factory.mktemp("video") / "in.mkv"
     with av.open(str(path), "w") as out:
         video = add_video(out, "ffv1", size_wh=(640, 360), options={"g": "15"})
-        for index in range(200):
+        for index in range(FRAMES):
             shift = round(12 * np.sin(index / 9))
             picture = put(grey(), face_of(150), 60 + shift, 20)
-            if SECOND_FACE_FROM <= index < 180:
+            if index in SECOND_FACE:
                 picture = put(picture, face_of(100), 410, 90 + shift // 2)
             frame = frame_of(picture, index).picture
             frame.pts, frame.time_base = index, TICK
@@ -34,14 +38,26 @@ def two_faces(tmp_path_factory):
     return path
 
 
-def painted(src, folder, **settings):
-    """(frames of one run, frames in segments, both reports), without loss."""
+def paint(src, folder, workers=None, **settings):
+    """(the film of one run, the film in segments, both reports), without loss."""
     whole, split = folder / "whole.mkv", folder / "split.mkv"
     one = process_video(src, whole, LOOK, Settings(codec="ffv1", **settings))
-    many = process_video(
-        src, split, LOOK, Settings(codec="ffv1", split_minutes=MINUTES, **settings)
-    )
-    return decoded(whole), decoded(split), one, many
+    in_segments = Settings(codec="ffv1", split_minutes=MINUTES, **settings)
+    many = process_video(src, split, LOOK, in_segments, workers=workers)
+    return whole, split, one, many
+
+
+@pytest.fixture(scope="module")
+def painted(two_faces, tmp_path_factory):
+    """`paint` for the film of two faces: once for each choice of faces."""
+
+    @cache
+    def painted(faces):
+        # Processes for one choice: their start takes as long as painting a film of that length.
+        workers = None if faces == "largest" else [InThisProcess()]
+        return paint(two_faces, tmp_path_factory.mktemp("painted"), workers, faces=faces)
+
+    return painted
 
 
 def face_psnr(one, other, face):
@@ -53,17 +69,18 @@ def face_psnr(one, other, face):
 
 
 @pytest.mark.parametrize("whom", ["all", "largest", "1"])
-def test_faces_are_painted_alike_on_both_sides_of_a_seam(tmp_path, two_faces, whom):
-    whole, split, one, many = painted(two_faces, tmp_path, faces=whom)
-    assert many.segments == 2 and len(whole) == len(split) == 200
+def test_faces_are_painted_alike_on_both_sides_of_a_seam(two_faces, painted, whom):
+    *films, one, many = painted(whom)
+    whole, split = map(decoded, films)
+    assert many.segments == 2 and len(whole) == len(split) == FRAMES
     for name in ("faces", "frames_with_face", "painted_frames", "warnings"):
         first, second = getattr(one, name), getattr(many, name)
         assert (first() if name == "warnings" else first) == (
             second() if name == "warnings" else second
         )
     plan, bare = plan_of(two_faces, LOOK, MINUTES, Settings()), decoded(two_faces)
-    (seam,) = (round(segment.first / Fraction(1000, 30)) for segment in plan.segments[1:])
-    for number in range(seam - 5, seam + 30, 5):
+    assert [round(one.first / Fraction(1000, 30)) for one in plan.segments] == [0, SEAM]
+    for number in range(SEAM - 5, SEAM + 30, 5):
         faces = find_faces(whole[number].to_ndarray(format="rgb24"))
         assert faces
         assert min(face_psnr(whole[number], split[number], face) for face in faces) > 45
@@ -71,20 +88,20 @@ def test_faces_are_painted_alike_on_both_sides_of_a_seam(tmp_path, two_faces, wh
         assert min(face_psnr(whole[number], bare[number], face) for face in faces) < 32
 
 
-def test_only_the_chosen_face_of_a_later_segment_is_painted(tmp_path, two_faces):
+def test_only_the_chosen_face_of_a_later_segment_is_painted(two_faces, painted):
     """Face 1 appears in the first segment; in the second its number comes from there."""
-    src, (_, split, _, many) = decoded(two_faces), painted(two_faces, tmp_path, faces="1")
-    assert many.painted_frames > 90
+    _, split, _, many = painted("1")
+    assert many.painted_frames > 0.8 * len(SECOND_FACE)
     changed = [
         np.abs(old.to_ndarray()[:360].astype(int) - new.to_ndarray()[:360]).max(axis=0)
-        for old, new in zip(src, split, strict=True)
+        for old, new in zip(decoded(two_faces), decoded(split), strict=True)
     ]
     assert all(columns[:380].max() == 0 for columns in changed)  # the other face
-    assert all(columns.max() > 20 for columns in changed[120:175])
+    assert all(columns.max() > 20 for columns in changed[SEAM + 10 : 105])
 
 
-def test_a_face_that_was_chosen_and_never_came_is_named_once(tmp_path, two_faces):
-    *_, one, many = painted(two_faces, tmp_path, faces="7")
+def test_a_face_that_was_chosen_and_never_came_is_named_once(painted):
+    *_, one, many = painted("7")
     assert many.painted_frames == 0 and many.why_unpainted == one.why_unpainted
     assert "the faces seen were 0 and 1" in many.why_unpainted
 
@@ -94,16 +111,16 @@ def test_a_video_of_the_sample_is_alike_at_its_seam(tmp_path):
     import av
 
     src = tmp_path / "in.mkv"
-    pictures = clip(110)
     with av.open(str(src), "w") as out:
         video = add_video(out, "ffv1", size_wh=(640, 360), options={"g": "5"})
-        for index, rgb8 in enumerate([*pictures, *pictures[::-1]]):
+        for index, rgb8 in enumerate(clip(FRAMES)):
             frame = frame_of(rgb8, index).picture
             frame.pts, frame.time_base = index, TICK
             out.mux(video.encode(frame))
         out.mux(video.encode(None))
-    whole, split, one, many = painted(src, tmp_path)
-    assert many.segments == 2 and (one.faces, one.painted_frames) == (many.faces, 220)
-    for number in range(90, 120, 3):
+    *films, one, many = paint(src, tmp_path, [InThisProcess()])
+    whole, split = map(decoded, films)
+    assert many.segments == 2 and (one.faces, one.painted_frames) == (many.faces, FRAMES)
+    for number in range(SEAM, SEAM + 30, 3):
         (face,) = find_faces(whole[number].to_ndarray(format="rgb24"))
         assert face_psnr(whole[number], split[number], face) > 45
