@@ -11,19 +11,43 @@ from collections import Counter
 import av
 import pytest
 from command_line import LOOK, command, run
+from makeup_video.pipeline.batch import run as batch_run
 from media import make_clip
-from people import SAMPLES, clip, write_video
+from people import SAMPLES, clip, film
+from workers import InThisProcess
+
+
+@pytest.fixture(scope="module")
+def clips(tmp_path_factory):
+    """A folder with two films, of 320 x 180 px."""
+    folder = tmp_path_factory.mktemp("films")
+    for name in ("a", "b"):
+        film(folder / f"{name}.mkv", [picture[::2, ::2] for picture in clip(20)])
+    return folder
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """Two videos, a picture and a look file, in the current folder."""
+def folder(clips, tmp_path, monkeypatch):
+    """Two films and a look file, in the current folder."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "clips").mkdir()
-    for name in ("a", "b"):
-        write_video(tmp_path / "clips" / f"{name}.mkv", clip(20))
+    shutil.copytree(clips, tmp_path / "clips")
     (tmp_path / "red.json").write_text(json.dumps(LOOK))
     return tmp_path
+
+
+@pytest.fixture
+def slow_folder(folder):
+    """The same with larger films, which are longer in hand."""
+    for name in ("a", "b"):
+        film(folder / "clips" / f"{name}.mkv", clip(20))
+    return folder
+
+
+def run_here(*words):
+    """The command, whose jobs are done in this process: the start of another takes longer."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(batch_run, "local_workers", lambda count: [InThisProcess()])
+        return run(*words)
 
 
 def outputs_of(folder):
@@ -52,19 +76,19 @@ def test_a_folder_in_several_looks(folder):
 
 def test_running_again_does_nothing_twice(folder):
     words = ("batch", "clips", *LOOKS, "-o", "clips/{name}-{look}.mkv")  # among the inputs
-    assert run(*words).exit_code == 0
+    assert run_here(*words).exit_code == 0
     files = {path.name: path.stat() for path in (folder / "clips").glob("?-*.mkv")}
     assert len(files) == 4
     for more in ((), ("--resume",), ("-y",), ("--retry",)):
-        again = run(*words, *more)
+        again = run_here(*words, *more)
         assert again.exit_code == 0, again.stderr
         assert "4 of 4 outputs are in the journal already" in again.stderr
     now = {path.name: path.stat() for path in (folder / "clips").glob("?-*.mkv")}
     assert now == files
 
 
-def test_a_bad_video_fails_alone_and_is_named_at_the_end(folder):
-    (folder / "clips" / "bad.mp4").write_text("no video")
+def test_a_bad_film_fails_alone_and_is_named_at_the_end(folder):
+    (folder / "clips" / "bad.mp4").write_text("no film")
     words = ("batch", "clips", "--look", "none", "-o", "out/{name}.mp4")
     first = run(*words)
     assert first.exit_code == 5
@@ -81,16 +105,16 @@ def test_a_bad_video_fails_alone_and_is_named_at_the_end(folder):
 def test_failed_work_is_done_again_on_request(folder):
     words = ("batch", "clips/a.mkv", "--look", "none", "--codec", "ffv1", "-o", "out/{name}.mkv")
     journal = folder / "out" / "makeup-video.jsonl"
-    assert run(*words).exit_code == 0
+    assert run_here(*words).exit_code == 0
     *lines, line = journal.read_text().splitlines()
     entry = json.loads(line)
     failed = {key: entry[key] for key in ("output", "key")}
     failed |= {"event": "failed", "kind": "OutputError", "error": "the disk is full"}
     journal.write_text("\n".join([*lines, json.dumps(failed)]) + "\n")
     (folder / "out" / "a.mkv").unlink()
-    again = run(*words)
+    again = run_here(*words)
     assert again.exit_code == 5 and "OutputError: the disk is full" in again.stderr
-    assert run(*words, "--retry").exit_code == 0
+    assert run_here(*words, "--retry").exit_code == 0
     assert frames_in(folder / "out" / "a.mkv") == 20
 
 
@@ -98,7 +122,7 @@ def test_the_journal_of_a_list_lies_above_all_outputs(folder):
     rows = ["clips/a.mkv,l/anna/{look}.mkv", "clips/b.mkv,l/ben/{look}.mkv"]
     for order in (rows, rows[::-1]):
         (folder / "jobs.csv").write_text("\n".join(["in,out", *order, ""]))
-        done = run("batch", "--list", "jobs.csv", "--look", "none", "--codec", "ffv1")
+        done = run_here("batch", "--list", "jobs.csv", "--look", "none", "--codec", "ffv1")
         assert done.exit_code == 0, done.stderr
     assert "2 of 2 outputs are in the journal already" in done.stderr
     assert sorted(path.name for path in (folder / "l").iterdir()) == [
@@ -108,7 +132,7 @@ def test_the_journal_of_a_list_lies_above_all_outputs(folder):
 
 def test_rows_with_one_output_are_both_named(folder):
     (folder / "jobs.csv").write_text("in,out\nclips/a.mkv,a.mkv\nclips/b.mkv,a.mkv\n")
-    done = run("batch", "--list", "jobs.csv", "--look", "none")
+    done = run_here("batch", "--list", "jobs.csv", "--look", "none")
     assert done.exit_code == 2
     assert "the name a.mkv (jobs.csv, line 2 and jobs.csv, line 3): give each" in done.stderr
 
@@ -121,7 +145,7 @@ def test_rows_with_one_output_are_both_named(folder):
 def test_inputs_of_one_output_and_the_field_to_add_are_named(folder, more, template, field):
     (folder / more).parent.mkdir(exist_ok=True)
     (folder / more).touch()
-    done = run("batch", "clips/a.mkv", more, "--look", "none", "-o", f"out/{template}")
+    done = run_here("batch", "clips/a.mkv", more, "--look", "none", "-o", f"out/{template}")
     assert done.exit_code == 2
     assert f"(clips/a.mkv and {more}): give each its own, for example with {field}" in done.stderr
 
@@ -129,7 +153,7 @@ def test_inputs_of_one_output_and_the_field_to_add_are_named(folder, more, templ
 def test_a_link_and_a_lost_link_in_a_folder(folder):
     (folder / "clips" / "a-link.mkv").symlink_to("b.mkv")
     (folder / "clips" / "lost.mkv").symlink_to("gone.mkv")
-    done = run("batch", "clips", "--look", "none", "--codec", "ffv1", "-o", "out/{name}.mkv")
+    done = run_here("batch", "clips", "--look", "none", "--codec", "ffv1", "-o", "out/{name}.mkv")
     assert done.exit_code == 5 and "2 of 3 outputs done" in done.stderr
     assert sorted(path.name for path in (folder / "out").glob("*.mkv")) == ["a.mkv", "b.mkv"]
     last = done.stderr.strip().splitlines()[-1]
@@ -140,14 +164,14 @@ def test_a_link_and_a_lost_link_in_a_folder(folder):
 
 def test_a_look_of_a_row_leaves_the_face_of_the_photo_out(folder):
     (folder / "jobs.csv").write_text("in,look\nclips/a.mkv,none\n")
-    done = run("batch", "--list", "jobs.csv", "--ref", str(SAMPLES / "look.jpg"), "--ref-face", "0",
+    done = run_here("batch", "--list", "jobs.csv", "--ref", str(SAMPLES / "look.jpg"), "--ref-face", "0",
                "--codec", "ffv1", "-o", "{name}-{look}.mkv")  # fmt: skip
     assert done.exit_code == 0, done.stderr
 
 
 def test_a_row_chooses_the_face_of_its_own_photo(folder):
     (folder / "jobs.csv").write_text(f"in,ref,ref_face\nclips/a.mkv,{SAMPLES / 'look.jpg'},7\n")
-    done = run("batch", "--list", "jobs.csv", "--look", "none", "-o", "{name}-{look}.mkv")
+    done = run_here("batch", "--list", "jobs.csv", "--look", "none", "-o", "{name}-{look}.mkv")
     assert done.exit_code == 3, done.stderr
     assert "jobs.csv, line 2: " in done.stderr and "there is no face 7 in the photo" in done.stderr
 
@@ -155,7 +179,7 @@ def test_a_row_chooses_the_face_of_its_own_photo(folder):
 def test_outputs_that_a_shell_gives_as_inputs_are_left_out(folder):
     words = ("--look", "none", "--codec", "ffv1", "-o", "clips/{name}-{look}.mkv")
     for inputs in (["a", "b"], ["a", "a-none", "b", "b-none"]):
-        done = run("batch", *(f"clips/{name}.mkv" for name in inputs), *words)
+        done = run_here("batch", *(f"clips/{name}.mkv" for name in inputs), *words)
         assert done.exit_code == 0, done.stderr
     assert "2 of the files are outputs of this batch, and are not painted again" in done.stderr
     assert len(list((folder / "clips").glob("*.mkv"))) == 4
@@ -165,7 +189,7 @@ def test_a_list_gives_each_input_its_own_look(folder):
     (folder / "jobs.csv").write_text(
         "in,out,look,strength,end\nclips/a.mkv,,red.json,50%,0.2\nclips/b.mkv,x/{look}.mkv,,,\n"
     )
-    done = run("batch", "--list", "jobs.csv", "--look", "none", "--codec", "ffv1",
+    done = run_here("batch", "--list", "jobs.csv", "--look", "none", "--codec", "ffv1",
                "-o", "out/{name}-{look}.mkv")  # fmt: skip
     assert done.exit_code == 0, done.stderr
     assert frames_in(folder / "out" / "a-red.mkv") == 6
@@ -174,7 +198,7 @@ def test_a_list_gives_each_input_its_own_look(folder):
 
 def test_a_list_takes_the_words_for_faces_that_options_take(folder):
     (folder / "jobs.csv").write_text("in,out,faces,end\nclips/a.mkv,x.mkv,Biggest,0.2\n")
-    done = run("batch", "--list", "jobs.csv", "--look", "none", "--codec", "ffv1")
+    done = run_here("batch", "--list", "jobs.csv", "--look", "none", "--codec", "ffv1")
     assert done.exit_code == 0, done.stderr
     assert frames_in(folder / "x.mkv") == 6
 
@@ -233,51 +257,51 @@ def test_nothing_is_overwritten_without_y(folder):
     (folder / "out").mkdir()
     (folder / "out" / "b.mkv").write_text("mine")
     words = ("batch", "clips", "--look", "none", "--codec", "ffv1", "-o", "out/{name}.mkv")
-    refused = run(*words)
+    refused = run_here(*words)
     assert refused.exit_code == 2 and "out/b.mkv exists already: add -y" in refused.stderr
     assert (folder / "out" / "b.mkv").read_text() == "mine"
     assert not (folder / "out" / "a.mkv").exists()
-    assert run(*words, "-y").exit_code == 0
+    assert run_here(*words, "-y").exit_code == 0
     assert frames_in(folder / "out" / "b.mkv") == 20
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_a_batch_survives_being_killed_at_any_moment(folder, seed):
+def test_a_batch_survives_being_killed_at_any_moment(slow_folder, seed):
     words = ("batch", "clips", *LOOKS, "-o", "out/{name}-{look}.mkv", "-q", "--jobs", "2")
-    names = sorted(f"{video}-{look}.mkv" for video in "ab" for look in ("red", "none"))
+    names = sorted(f"{film}-{look}.mkv" for film in "ab" for look in ("red", "none"))
     rng, seen = random.Random(seed), {}
     for attempt in range(5):
         process = command(*words)
         time.sleep(rng.uniform(0.5, 2 + attempt))
         process.send_signal(signal.SIGKILL)
         code = process.wait()
-        for path in (folder / "out").glob("?-*.mkv") if (folder / "out").exists() else ():
+        for path in (slow_folder / "out").glob("?-*.mkv") if (slow_folder / "out").exists() else ():
             if ".part" not in path.name:  # whoever has its name is whole, and stays as it is
                 assert frames_in(path) == 20
                 assert seen.setdefault(path.name, path.stat().st_ino) == path.stat().st_ino
         if code == 0:
             break
-    assert run(*words).exit_code == 0
-    assert sorted(seen | {p.name: 0 for p in (folder / "out").glob("?-*.mkv")}) == names
-    assert not list(folder.glob("**/*.part.*"))
-    lines = [json.loads(line) for line in (folder / "out" / "makeup-video.jsonl").open()]
+    assert run_here(*words).exit_code == 0
+    assert sorted(seen | {p.name: 0 for p in (slow_folder / "out").glob("?-*.mkv")}) == names
+    assert not list(slow_folder.glob("**/*.part.*"))
+    lines = [json.loads(line) for line in (slow_folder / "out" / "makeup-video.jsonl").open()]
     done = Counter(line["output"] for line in lines if line["event"] == "done")
     assert done == dict.fromkeys(names, 1)
 
 
-def test_ctrl_c_ends_with_130_and_the_batch_goes_on_later(folder):
+def test_ctrl_c_ends_with_130_and_the_batch_goes_on_later(slow_folder):
     words = ("batch", "clips", *LOOKS, "-o", "out/{name}-{look}.mkv")
     process = command(*words)
-    while not list(folder.glob("out/*.part.mkv")):
+    while not list(slow_folder.glob("out/*.part.mkv")):
         assert process.poll() is None
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate()
     assert process.returncode == 130
     assert errors.strip().splitlines()[-1] == "stopped: run the same command again to resume"
-    assert not list(folder.glob("**/*.part.*"))
-    assert run(*words, "--resume").exit_code == 0
-    assert len(list(folder.glob("out/*.mkv"))) == 4
+    assert not list(slow_folder.glob("**/*.part.*"))
+    assert run_here(*words, "--resume").exit_code == 0
+    assert len(list(slow_folder.glob("out/*.mkv"))) == 4
 
 
 @pytest.mark.parametrize("template", ["{name}.mkv", "{name}-{look}.mkv", "{name}{name}/{look}.mkv"])
@@ -286,7 +310,7 @@ def test_a_name_that_grows_too_long_fails_alone(folder, template):
     shutil.copy(folder / "clips" / "a.mkv", folder / "clips" / f"{'x' * 248}.mkv")
     words = ("batch", "clips", "--look", "none", "--codec", "ffv1", "-o", f"out/{template}")
     for more in ((), (), ("--retry",)):
-        done = run(*words, *more)
+        done = run_here(*words, *more)
         assert done.exit_code == 5, done.stderr
         assert "2 of 3 outputs done" in done.stderr and "internal error" not in done.stderr
         last = done.stderr.strip().splitlines()[-1]
@@ -297,7 +321,7 @@ def test_a_name_that_grows_too_long_fails_alone(folder, template):
 def test_only_the_looks_whose_names_are_too_long_fail(folder):
     long = folder / f"{'x' * 240}.json"
     shutil.copy(folder / "red.json", long)
-    done = run("batch", "clips", "--look", "none", "--look", long.name, "--codec", "ffv1",
+    done = run_here("batch", "clips", "--look", "none", "--look", long.name, "--codec", "ffv1",
                "-o", "out/{name}-to-be-seen-{look}.mkv")  # fmt: skip
     assert done.exit_code == 5 and "2 of 4 outputs done" in done.stderr
     assert len(list((folder / "out").glob("*.mkv"))) == 2
