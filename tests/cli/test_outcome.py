@@ -99,15 +99,14 @@ def test_mistakes_are_one_line_and_the_documented_exit_code(folder, args, code, 
 
 
 @pytest.mark.parametrize("stderr", ["closed", "full", "broken pipe"])
-def test_a_run_succeeds_though_stderr_cannot_be_written(folder, long_clip, stderr):
-    words = [sys.executable, "-m", "makeup_video.cli", str(long_clip), "--look", "none"]
-    words += ["-o", "out.mp4"]
+def test_a_run_succeeds_though_stderr_cannot_be_written(folder, stderr):
+    words = [sys.executable, "-m", "makeup_video.cli", "in.mp4", "--look", "none", "-o", "out.mp4"]
     line = " ".join(f"'{word}'" for word in words)
     tail = {"closed": "2>&-", "full": "2>/dev/full", "broken pipe": "2>&1 | true"}[stderr]
     script = f"set -o pipefail; {line} {tail}"
     done = subprocess.run(["bash", "-c", script], check=False, stdin=subprocess.DEVNULL)
     assert done.returncode == 0
-    assert len(decoded(folder / "out.mp4")) == 400
+    assert len(decoded(folder / "out.mp4")) == 12
 
 
 def test_of_several_faces_each_command_advises_what_it_has(capsys):

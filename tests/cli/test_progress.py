@@ -44,8 +44,8 @@ def test_on_a_terminal_a_bar_shows_frames_speed_and_time_left(folder, long_clip)
     os.close(leader)
     assert process.wait(30) == 0
     text = re.sub(rb"\x1b\[[0-9;?]*[A-Za-z]", b"", shown).decode()
-    assert "/400" in text and " fps" in text and "x real time" in text
-    assert text.rstrip().splitlines()[-1].startswith("out.mp4: 400 frames in")
+    assert "/1600" in text and " fps" in text and "x real time" in text
+    assert text.rstrip().splitlines()[-1].startswith("out.mp4: 1600 frames in")
 
 
 def test_without_a_terminal_a_plain_line_shows_now_and_then(monkeypatch, capsys):
