@@ -37,13 +37,23 @@ def bench(tmp_path):
 
 @pytest.fixture
 def fake(tmp_path):
-    def make(report=None, error=""):
-        path = tmp_path / "python"
+    def make(report=None, error="", name="python"):
+        path = tmp_path / name
         path.write_text(FAKE.format(python=sys.executable, report=report, error=error))
         path.chmod(0o755)
         return str(path)
 
     return make
+
+
+@pytest.fixture
+def fake_ours(fake, monkeypatch):
+    """This version is fake as well: its real command takes seconds, and is run by a test below."""
+    stages = {name: {"cpu_seconds": 0.1} for name in ("decode", "faces", "encode")}
+    report = {"frames_out": FRAMES, "painted_frames": FRAMES, "peak_memory_bytes": 10**8}
+    ours = fake(report | {"stages": stages, "first_packet_unix_seconds": 9e9}, name="ours")
+    monkeypatch.setattr(against, "this_version", lambda: against.Version("0.2.0", ours))
+    return Path(ours)
 
 
 def ran():
@@ -71,7 +81,8 @@ def test_ratios_lie_within_their_spread(pairs):
     assert (side["start"] is None) == unknown
 
 
-def test_this_version_beside_itself_runs_the_real_command(bench):
+def test_this_version_beside_itself_runs_the_real_command(bench, monkeypatch):
+    monkeypatch.setattr(against, "_WARM_RUNS", 1)
     other = against.other_version(sys.executable)
     assert other == against.this_version()
     found = against.compare_versions(bench, [144], other)
@@ -102,7 +113,7 @@ def test_an_interpreter_without_the_product_is_refused(monkeypatch):
 
 
 @pytest.mark.parametrize("painted", [0, 14, None])
-def test_a_version_that_paints_too_few_frames_is_refused(bench, fake, painted):
+def test_a_version_that_paints_too_few_frames_is_refused(bench, fake_ours, fake, painted):
     report = {"frames_out": FRAMES, "painted_frames": painted}
     other = against.other_version(fake(report))
     assert other.name == "0.0.1"
@@ -110,22 +121,23 @@ def test_a_version_that_paints_too_few_frames_is_refused(bench, fake, painted):
         against.compare_versions(bench, [144], other)
 
 
-def test_a_version_that_loses_frames_is_refused(bench, fake):
+def test_a_version_that_loses_frames_is_refused(bench, fake_ours, fake):
     other = against.other_version(fake({"frames_out": 5, "painted_frames": 5}))
     with pytest.raises(InputError, match="in 5 of 15 frames"):
         against.compare_versions(bench, [144], other)
 
 
-def test_a_report_of_counts_alone_is_enough(bench, fake):
+def test_a_report_of_counts_alone_is_enough(bench, fake_ours, fake):
     other = against.other_version(fake({"frames_out": FRAMES, "painted_frames": FRAMES}))
     found = against.compare_versions(bench, [144], other)
     size = found["sizes"]["144p"]
+    assert min(size["this"][key] for key in ("start_seconds", "peak_memory_mb", "stages_ms")) > 0
     assert size["start"] is size["memory"] is size["stages"] is None and size["cpu"]["ratio"] > 0
     assert size["by_stage"] == {}
     assert "unknown" in str(list(tables({"against": found})))
 
 
-def test_what_the_other_version_refuses_is_said_in_its_words(bench, fake):
+def test_what_the_other_version_refuses_is_said_in_its_words(bench, fake_ours, fake):
     other = against.other_version(fake(error="UsageError: version 2 is not known"))
     with pytest.raises(UsageError, match=r"0\.0\.1 \(.*version 2 is not known"):
         against.compare_versions(bench, [144], other)
@@ -136,20 +148,21 @@ def run(*words):
     return CliRunner().invoke(app, [*clip, "--rounds", "1", *words])
 
 
-def test_the_command_prints_json(fake):
+def test_the_command_prints_json(fake_ours, fake):
     report = {"frames_out": FRAMES, "painted_frames": FRAMES}
     done = run("--against", fake(report), "--json")
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout)["against"]["other"] == "0.0.1"
 
 
-def test_both_versions_read_the_look_file_that_was_given(fake, tmp_path):
+def test_both_versions_read_the_look_file_that_was_given(fake_ours, fake, tmp_path):
     """An older version may not read the file that this version would write."""
     file = tmp_path / "own.json"
     LOOK.save(file)
     other = Path(fake({"frames_out": FRAMES, "painted_frames": FRAMES}))
     strict = f"elif {str(file)!r} not in sys.argv:\n    sys.exit('another look')\nelse:"
-    other.write_text(other.read_text().replace("else:", strict))
+    for python in (fake_ours, other):
+        python.write_text(python.read_text().replace("else:", strict))
     done = run("--against", str(other), "--look", str(file), "--json")
     assert done.exit_code == 0, done.output
 
