@@ -3,6 +3,7 @@
 import io
 import struct
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import av
 import numpy as np
@@ -97,7 +98,12 @@ def _mirror(axis):
 
 def _hevc(rgb8, bit_depth):
     """(hvcC record, key frame with lengths before its NAL units) of one full-range picture."""
-    file = io.BytesIO()
+    return _hevc_of(rgb8.tobytes(), rgb8.shape, bit_depth)
+
+
+@lru_cache(maxsize=4)  # of tiles that are alike
+def _hevc_of(pixels, shape, bit_depth):
+    rgb8, file = np.frombuffer(pixels, np.uint8).reshape(shape), io.BytesIO()
     pix_fmt = "yuv420p" if bit_depth == 8 else f"yuv420p{bit_depth}le"
     with av.open(file, "w", "mp4") as out:
         stream = out.add_stream("libx265", rate=1, options={
@@ -105,7 +111,7 @@ def _hevc(rgb8, bit_depth):
             "x265-params": "log-level=none:crf=4:keyint=1:info=0:pools=1:frame-threads=1:range=full:colormatrix=bt709",
         })  # fmt: skip
         stream.width, stream.height, stream.pix_fmt = rgb8.shape[1], rgb8.shape[0], pix_fmt
-        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(rgb8), "rgb24").reformat(
+        frame = av.VideoFrame.from_ndarray(rgb8, "rgb24").reformat(
             format=pix_fmt, dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.JPEG
         )
         out.mux([*stream.encode(frame), *stream.encode(None)])
