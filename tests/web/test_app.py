@@ -14,7 +14,7 @@ import pytest
 from makeup_video.pipeline.look.ready import ready_looks
 from makeup_video.web.app import PAGE
 from makeup_video.web.slow_jobs import SlowJobs
-from shows import Page, StandIn, post, serving
+from shows import Page, StandIn, get, post, serving
 
 
 @pytest.fixture
@@ -28,15 +28,22 @@ def url(show):
         yield url
 
 
+@pytest.fixture(scope="module")
+def same_url():
+    """The page's address for tests that change nothing; a server's start and end take longer."""
+    with serving(StandIn()) as url:
+        yield url
+
+
 @pytest.mark.parametrize("name", sorted(path.name for path in PAGE.iterdir()))
-def test_every_file_of_the_page_is_there_by_its_name(url, name):
-    answer = httpx.get(f"{url}/static/{name}")
+def test_every_file_of_the_page_is_there_by_its_name(same_url, name):
+    answer = get(f"{same_url}/static/{name}")
     assert answer.status_code == 200 and answer.content == (PAGE / name).read_bytes()
     assert answer.headers["content-type"] != "application/octet-stream"
 
 
-def test_the_page_is_at_the_root(url):
-    answer = httpx.get(url + "/")
+def test_the_page_is_at_the_root(same_url):
+    answer = get(same_url + "/")
     assert answer.content == (PAGE / "index.html").read_bytes()
     assert answer.headers["content-type"].startswith("text/html")
 
@@ -49,9 +56,9 @@ def test_the_page_is_at_the_root(url):
         "/static//etc/passwd", "/static/index.html/", "/guard.py", "/index.html", "/photo/", "//",
     ],
 )  # fmt: skip
-def test_nothing_else_is_there(url, path):
+def test_nothing_else_is_there(same_url, path):
     with pytest.raises(urllib.error.HTTPError) as caught:  # httpx would normalise the path
-        urllib.request.urlopen(url + path)
+        urllib.request.urlopen(same_url + path)
     assert caught.value.code == 404 and b"error" in caught.value.read()
 
 
@@ -62,15 +69,15 @@ def test_nothing_else_is_there(url, path):
         ("POST", "/static/index.html"),
     ],
 )  # fmt: skip
-def test_other_methods_are_refused(url, method, path):
-    answer = httpx.request(method, url + path, headers={"origin": url})
+def test_other_methods_are_refused(same_url, method, path):
+    answer = httpx.request(method, same_url + path, headers={"origin": same_url})
     assert answer.status_code == 405 and "error" in answer.json()
 
 
 def test_the_whole_picture_is_a_png_to_download(show, url):
     show.picture = np.random.default_rng(1).integers(0, 256, (40, 30, 3), np.uint8)
     with Page(url):
-        answer = httpx.get(f"{url}/picture.png?session=stand-in")
+        answer = get(f"{url}/picture.png?session=stand-in")
     assert answer.headers["content-type"] == "image/png"
     assert answer.headers["content-disposition"].startswith("attachment")
     stored = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)
@@ -81,7 +88,7 @@ def test_the_whole_picture_is_a_png_to_download(show, url):
 def test_without_a_picture_there_is_nothing_to_download(url, query):
     with Page(url):
         address = f"{url}/picture.png?session=stand-in{query}"
-        answer, head = httpx.get(address), httpx.head(address)
+        answer, head = get(address), httpx.head(address)
     assert answer.status_code == 404 and answer.json() == {"error": "there is no picture yet"}
     assert head.status_code == 404 and not head.content
 
@@ -98,10 +105,10 @@ def test_a_session_that_no_page_watches_is_reported(url, session, code, advice):
     answers = [
         post(url, f"/photo?session={session}", b"x"),
         post(url, f"/portrait?session={session}", b"x"),
-        httpx.get(f"{url}/picture.png?session={session}"),
+        get(f"{url}/picture.png?session={session}"),
         post(url, f"/look-thumbnail?session={session}", b"{}"),
-        httpx.get(f"{url}/photo-thumbnail?session={session}"),
-        httpx.get(f"{url}/portrait-thumbnail?session={session}"),
+        get(f"{url}/photo-thumbnail?session={session}"),
+        get(f"{url}/portrait-thumbnail?session={session}"),
         post(url, f"/shades?session={session}", b"x"),
     ]
     for answer in answers:
@@ -110,7 +117,7 @@ def test_a_session_that_no_page_watches_is_reported(url, session, code, advice):
 
 def test_ready_looks_are_listed_and_painted(show, url):
     show.thumbnail_of = lambda look: json.dumps(look.to_dict()).encode()
-    listed = httpx.get(f"{url}/looks").json()
+    listed = get(f"{url}/looks").json()
     assert [one["name"] for one in listed] == [one.name for one in ready_looks()]
     with Page(url) as page:
         for one in listed:
@@ -136,18 +143,18 @@ def test_a_thumbnail_of_too_large_a_look_is_refused(url):
 
 def test_thumbnails_of_photo_and_portrait_are_served(show, url):
     with Page(url) as page:
-        first = httpx.get(f"{url}/photo-thumbnail?session=stand-in")
+        first = get(f"{url}/photo-thumbnail?session=stand-in")
         assert (first.status_code, first.json()) == (404, {"error": "no photo has been read yet"})
         page.post("/photo", b"x", x_file_name="anna.jpg")
-        assert httpx.get(f"{url}/photo-thumbnail?session=stand-in").content == b"a thumbnail"
-        answer = httpx.get(f"{url}/portrait-thumbnail?session=stand-in")
+        assert get(f"{url}/photo-thumbnail?session=stand-in").content == b"a thumbnail"
+        answer = get(f"{url}/portrait-thumbnail?session=stand-in")
     assert (answer.content, answer.headers["content-type"]) == (b"a portrait", "image/jpeg")
 
 
 def test_before_and_after_are_saved_side_by_side(show, url):
     show.picture = np.random.default_rng(1).integers(0, 256, (40, 30, 3), np.uint8)
     with Page(url):
-        answer = httpx.get(f"{url}/picture.png?session=stand-in&both")
+        answer = get(f"{url}/picture.png?session=stand-in&both")
     stored = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
     np.testing.assert_array_equal(stored, np.hstack([show.picture // 2, show.picture]))
 

@@ -289,8 +289,8 @@ def test_the_page_shows_a_stopped_server_and_reconnects(chromium, visit):
     assert again.stop() == 0
 
 
-def test_what_is_chosen_while_the_connection_is_lost_is_kept(chromium, visit):
-    words = "live", "--camera", SAMPLES / "in.mp4", "--loop", "--look", "none"
+def test_what_is_chosen_while_the_connection_is_lost_is_kept(chromium, visit, camera_clip):
+    words = "live", "--camera", str(camera_clip), "--loop", "--look", "none"
     served = Served(*words)
     page = visit(served)
     page.server_may_stop = True

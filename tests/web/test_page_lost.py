@@ -10,8 +10,8 @@ def is_recording(page):
     return page.page.get_attribute("#record-button", "aria-pressed") == "true"
 
 
-def test_before_a_camera_a_silent_peer_counts_as_lost(chromium, visit, tmp_path):
-    live = Served("live", "--camera", str(SAMPLES / "in.mp4"), "--loop", folder=tmp_path)
+def test_before_a_camera_a_silent_peer_counts_as_lost(chromium, camera_clip, visit, tmp_path):
+    live = Served("live", "--camera", str(camera_clip), "--loop", folder=tmp_path)
     demo = Served("demo")
     camera, portrait = visit(live), visit(demo)
     camera.page.click("#record-button")
@@ -34,7 +34,7 @@ def test_before_a_camera_a_silent_peer_counts_as_lost(chromium, visit, tmp_path)
         assert served.stop() == 0, served.lines
 
 
-def test_a_restart_is_no_step_and_another_mode_reloads(chromium, visit):
+def test_a_restart_is_no_step_and_another_mode_reloads(chromium, camera_clip, visit):
     first = Served("demo")
     page = visit(first)
     page.server_may_stop = True
@@ -51,7 +51,7 @@ def test_a_restart_is_no_step_and_another_mode_reloads(chromium, visit):
     assert page.page.get_attribute("#undo", "aria-disabled") == "true"
     assert second.stop() == 0
     page.until(lambda: page.page.is_visible("#veil"))
-    live = Served("live", "--camera", str(SAMPLES / "in.mp4"), "--loop", port=first.port)
+    live = Served("live", "--camera", str(camera_clip), "--loop", port=first.port)
     page.until(lambda: page.page.get_attribute("body", "data-mode") == "live")
     page.until(lambda: page.page.locator("#portrait-slot").count() == 0)
     page.until(lambda: page.pts is not None)

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from browser import PHONE, Served
 from claps import clap_clip, marks
-from people import SAMPLES
 
 
 @pytest.fixture
-def live(chromium, tmp_path):
-    served = Served("live", "--camera", str(SAMPLES / "in.mp4"), "--loop", folder=tmp_path)
+def live(chromium, camera_clip, tmp_path):
+    served = Served("live", "--camera", str(camera_clip), "--loop", folder=tmp_path)
     yield served
     assert served.stop() == 0, served.lines
 
@@ -74,8 +73,8 @@ def test_a_double_click_starts_a_recording_and_leaves_it(live, visit, tmp_path):
     assert len(list(tmp_path.glob("makeup-*.mkv"))) == 1
 
 
-def test_the_user_s_recording_is_not_taken_for_the_page_s(chromium, visit, tmp_path):
-    command = ["live", "--camera", str(SAMPLES / "in.mp4"), "--loop"]
+def test_the_user_s_recording_is_not_taken_for_the_page_s(chromium, camera_clip, visit, tmp_path):
+    command = ["live", "--camera", str(camera_clip), "--loop"]
     served = Served(*command, "-o", "makeup-20260101-101010.mkv", folder=tmp_path)
     page = visit(served)
     page.until(lambda: "REC" in figures(page))
