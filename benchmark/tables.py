@@ -33,7 +33,7 @@ def tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
         yield from live_tables(results["live"]["sizes"])
     sizes: Mapping[str, _Values] = results.get("sizes", {})
     if sizes:
-        yield _title(results), ("", *sizes), list(_videos(sizes.values()))
+        yield _title(results), ("", *sizes), list(_by_size(sizes.values()))
     for name, size in sizes.items():
         yield f"{name}: ms a frame", _STAGE_HEAD, list(_stages(size))
     if any("renderer" in size for size in sizes.values()):
@@ -146,7 +146,7 @@ def _row(label: str, values: Iterable[Any], text_of: Callable[[Any], str]) -> Ro
     return (label, *(text_of(value) for value in values))
 
 
-def _videos(sizes: Iterable[_Values]) -> Iterator[Row]:
+def _by_size(sizes: Iterable[_Values]) -> Iterator[Row]:
     rows = list(sizes)
     of = {kind: [row[kind] for row in rows] for kind in ("bare", "codec", "none", "product")}
 
@@ -254,10 +254,10 @@ def more_tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
         title = f"{found['looks']} looks of one video, {found['size']}"
         yield title, ("", "measured"), list(_looks(found))
     if "length" in results:
-        video = results["length"]
+        run = results["length"]
         shape = "{minutes:.1f} {fps:.1f} {peak_memory_mb:.0f} {growth:.3f}"
         head = ("minutes of video", "frames/s", "peak memory, MB", "memory, end / beginning")
-        yield f"a long video, {video['size']}", head, [tuple(shape.format(**video).split())]
+        yield f"a long video, {run['size']}", head, [tuple(shape.format(**run).split())]
 
 
 def _looks(found: _Values) -> Iterator[Row]:

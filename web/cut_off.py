@@ -1,4 +1,4 @@
-"""Requests that the end of the server cuts off: each is answered, with the reason."""
+"""Requests that the end of the server cuts off are answered, with the reason."""
 
 import asyncio
 
@@ -18,17 +18,26 @@ class AnswerCutOff:
         self._app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Serve a request or a WebSocket. Raises CancelledError where it is too late to answer."""
+        """Serve a request or a WebSocket. When it is cancelled, raises CancelledError for a
+        WebSocket, for a request whose answer has begun, and for a client that does not read."""
         has_begun = False
 
         async def sending(message: Message) -> None:
             nonlocal has_begun
-            has_begun = True
             await send(message)
+            has_begun = True
 
         try:
             await self._app(scope, receive, sending)
         except asyncio.CancelledError:
             if has_begun or scope["type"] != "http":
                 raise
-            await JSONResponse({"error": STOPPING}, 503)(scope, receive, send)
+            answer = JSONResponse({"error": STOPPING}, 503)(scope, receive, send)
+            # One step, which takes all of it unless the client does not read. uvicorn cancels
+            # once, so whoever waited for such a client now would keep the server from ending.
+            try:
+                answer.send(None)
+            except StopIteration:
+                return
+            answer.close()
+            raise

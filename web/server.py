@@ -172,7 +172,7 @@ class Server:
         until = asyncio.get_running_loop().time() + _GOODBYE_SECONDS
         while self._rooms.viewers and asyncio.get_running_loop().time() < until:
             await asyncio.sleep(0.01)
-        # requests that wait for it are answered, before uvicorn cancels them as internal errors
+        # requests that wait for it are answered now, and not only when uvicorn cancels them
         self._slow_jobs.stop()
         assert self._uvicorn is not None
         self._uvicorn.should_exit = True

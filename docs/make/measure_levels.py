@@ -85,8 +85,8 @@ Shown = tuple[FrameFaces, np.ndarray]
 def measure(video: Path) -> list[Level]:
     """Run all levels on a video, frame by frame, and return them with their results."""
     levels = [Level(number) for number in QualityLevel]
-    videos = (pictures(video) for _ in range(len(levels) + 1))
-    for number, pictures_now in enumerate(zip(*videos, strict=True)):
+    streams = (pictures(video) for _ in range(len(levels) + 1))
+    for number, pictures_now in enumerate(zip(*streams, strict=True)):
         bare, *frames = map(frame_of, pictures_now)
         # The first level of a frame pays for cold caches, so the levels take turns.
         first = number % len(levels)

@@ -140,13 +140,13 @@ def _faces(values: Mapping[str, Any], folder: Path) -> str:
     return _shown(PICTURES[1], "Cost by faces") + _titled(title, *table)
 
 
-def _length(videos: Sequence[Mapping[str, Any]], folder: Path) -> str:
+def _length(runs: Sequence[Mapping[str, Any]], folder: Path) -> str:
     figure, (speed, memory) = new_figure(2)
-    minutes = [video["minutes"] for video in videos]
-    speed.semilogx(minutes, [video["fps"] for video in videos], "o-", color=_OURS, label="frames/s")
+    minutes = [run["minutes"] for run in runs]
+    speed.semilogx(minutes, [run["fps"] for run in runs], "o-", color=_OURS, label="frames/s")
     speed.set_ylim(0)
     speed.set_ylabel("frames/s, start included")
-    longest = max(videos, key=lambda video: video["minutes"])
+    longest = max(runs, key=lambda run: run["minutes"])
     seconds, size_mb = zip(*longest["memory"], strict=True)
     label = f"a video of {longest['minutes']:.3g} minutes"
     done_minutes = [longest["minutes"] * second / seconds[-1] for second in seconds]
@@ -156,13 +156,13 @@ def _length(videos: Sequence[Mapping[str, Any]], folder: Path) -> str:
     _finish(figure, (speed, memory), "minutes of video", folder / PICTURES[2])
     rows = [
         (
-            f"{video['minutes']:.3g}",
-            str(video["frames"]),
-            f"{video['fps']:.1f}",
-            f"{video['peak_memory_mb']:.0f}",
-            f"{video['growth']:.3f}",
+            f"{run['minutes']:.3g}",
+            str(run["frames"]),
+            f"{run['fps']:.1f}",
+            f"{run['peak_memory_mb']:.0f}",
+            f"{run['growth']:.3f}",
         )
-        for video in videos
+        for run in runs
     ]
     head = ("minutes", "frames", "frames/s", "peak memory, MB", "memory, last tenth / third tenth")
     return _shown(PICTURES[2], "Cost by length") + sheet.table(head, rows) + "\n"

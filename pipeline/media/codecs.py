@@ -61,8 +61,9 @@ class VideoCodec(NamedTuple):
     bottom_first: the parameter for videos that show the bottom field first.
     hdr: None where the encoder cannot carry static HDR10 metadata.  captions: it can carry closed
     captions.  stereo: it can carry how the views of stereo 3D are packed.
-    live_preset, live_options: of the codecs that live recordings have: a preset fast enough, and
-    (option, value) pairs, so that packets come out in order and without delay.
+    live_preset: fast enough for a live recording; None for codecs that no live recording has.
+    live_options: (option, value) pairs for recordings, so that packets come out in order and
+    without delay.
     many_threads: it starts more threads than there are cores, each with pictures of its own.
     is_hardware: the encoder is one of a graphics chip, see hardware.py.
     handed: (ours, its) pairs of pixel formats, where the encoder takes another order of samples.

@@ -124,11 +124,11 @@ class _Run:
 
 def _number_faces(jobs: Sequence[SegmentJob], painted: PaintedSegments) -> int:
     """Number the faces of all segments in order; returns how many there are."""
-    video = VideoNumbers()
+    numbers = VideoNumbers()
     for job, result in zip(jobs, painted.results, strict=True):
-        video.forget_before(job.segment.is_unseen)
-        painted.numbers.append(video.next(result.before, result.after, result.numbers))
-    return video.count
+        numbers.forget_before(job.segment.is_unseen)
+        painted.numbers.append(numbers.next(result.before, result.after, result.numbers))
+    return numbers.count
 
 
 def _guessed_wrong(painted: PaintedSegments, faces: str) -> dict[int, KnownFaces]:

@@ -43,10 +43,11 @@ _LID_TO = 1.4
 _WARM = 1.0, 1.15  # red as a share of blue in light that is a little warm, and wholly
 _DENSE = 0.5  # share of a product's highest density from which on it lies in a cell
 _COLD_PERCENTILE = 25  # of a* and b* of the cells where a product lies: the cold ones
-# In warm light no product is colder than the coldest of these cells. Where even the cold ones are
-# greener or bluer than grey, it may be so many times as cold as they.
+# In warm light no product is colder than the coldest of the cells where it lies. Where even the
+# cold ones are greener or bluer than grey, it may be so many times as cold as they.
 _COLDEST_PERCENTILE = 5
 _COLDER = 4.0
+_SURELY_WARM = 4.0  # a* and b* of the cold ones in the photo's light from which they bound wholly
 _ALL_FROM = 0.3  # probability of eyeshadow from which on all of the opacity is painted
 _UNLIKELY_SHARE = 0.6  # what of it is painted where eyeshadow is hardly likely
 # The luminance that powder has at least, since its surface reflects light, too. Without it, a black
@@ -88,8 +89,8 @@ def fit_shadows(
     shown = _no_redder_below(_shaded(shown, cells.film.bare), skin)
     first = first_shadows(shown, cells, skin.most())
     found = spread(shown, cells, *first, skin.most(), lined, winged)
-    in_photo = lab_of_linear(on_map(seen) ** 2 * neutral.skin * neutral.light)
-    found = replace(found, roots=_no_colder(found, shown, in_photo, skin, neutral.light))
+    labs_in_photo = lab_of_linear(on_map(seen) ** 2 * neutral.skin * neutral.light)
+    found = replace(found, roots=_no_colder(found, shown, labs_in_photo, skin, neutral.light))
     found = replace(found, densities=_without_brows(found, skin))
     share = likely_share(probability, _ALL_FROM, _UNLIKELY_SHARE)
     return _layers(found, skin, finish, share)
@@ -150,14 +151,14 @@ def _no_redder_below(seen: np.ndarray, skin: TypicalSkin) -> np.ndarray:
 
 
 def _no_colder(
-    found: Spread, seen: np.ndarray, in_photo: np.ndarray, skin: TypicalSkin, light: np.ndarray
+    found: Spread, seen: np.ndarray, labs_in_photo: np.ndarray, skin: TypicalSkin, light: np.ndarray
 ) -> np.ndarray:
     """The roots of the products, (N, 3), hardly greener or bluer than they are seen where they lie.
 
-    Some of what is taken for warm light is warm skin; without it black and brown become blue. That
-    is bounded in a warm photo and, in any photo, where a product looks redder and yellower than
-    grey: there it is at least as red and yellow as it looks.
-    in_photo: (27, 24, 3), the cells in CIELAB, in the photo's own light.
+    Some of what is taken for warm light is warm skin. Where that is divided out, black and brown
+    turn blue. Two bounds are set against this: one in warm photos; the other in any photo, for
+    products that look redder and yellower than grey, which stay as red and yellow as they look.
+    labs_in_photo: (27, 24, 3), the cells in CIELAB, in full light of the photo's own hue.
     """
     first, last = _WARM
     warm = min(max((float(light[0] / light[2]) - first) / (last - first), 0), 1)
@@ -170,10 +171,11 @@ def _no_colder(
         percentiles = _COLDEST_PERCENTILE, _COLD_PERCENTILE
         coldest, cold = np.percentile(labs[there], percentiles, axis=0)
         more = warm * np.maximum(np.minimum(coldest, _COLDER * cold) - lab, 0)
-        looks = np.percentile(in_photo[there], _COLD_PERCENTILE, axis=0)
-        if looks[1:].min() > 0:
-            as_dark = looks * min(lab[0] / looks[0], 1)  # hues fade as light does
-            more = np.maximum(more, as_dark - lab)
+        looks = np.percentile(labs_in_photo[there], _COLD_PERCENTILE, axis=0)
+        sure = min(max(float(looks[1:].min()) / _SURELY_WARM, 0), 1)
+        if sure:
+            as_dark = looks * min(lab[0] / looks[0], 1)  # in proportion to L*, so black stays black
+            more = np.maximum(more, sure * (as_dark - lab))
         if more[1:].any():
             lab[1:] += more[1:]
             root[:] = skin.roots_of(lab)

@@ -4,7 +4,7 @@ import pytest
 from makeup_video.benchmark import harness, runs
 from makeup_video.pipeline import InputError, Look, product
 from makeup_video.pipeline.offline import encoding
-from makeup_video.pipeline.offline import video as offline
+from makeup_video.pipeline.offline import video as offline_video
 from people import clip, grey, write_video
 
 LOOK = Look(lips=product((150, 30, 70), "satin"), eyes=product((60, 80, 150), "satin", "eyes"))
@@ -33,7 +33,7 @@ def test_the_bare_loop_encodes_every_frame(tmp_path):
 def test_the_codec_alone_has_the_threads_of_the_product(tmp_path, monkeypatch):
     threads_of = {}
 
-    class Noted(offline.Decoder):
+    class Noted(offline_video.Decoder):
         def __init__(self, *args, threads, **options):
             super().__init__(*args, threads=threads, **options)
             threads_of["decoder"] = threads
@@ -43,7 +43,7 @@ def test_the_codec_alone_has_the_threads_of_the_product(tmp_path, monkeypatch):
             super().__init__(*args)
             threads_of["encoder"] = self.threads
 
-    monkeypatch.setattr(offline, "Decoder", Noted)
+    monkeypatch.setattr(offline_video, "Decoder", Noted)
     monkeypatch.setattr(encoding, "VideoEncoder", NotedEncoder)
     source = write_video(tmp_path / "a.mkv", clip(10))
     runs.run_product(source, tmp_path / "out.mp4", LOOK)

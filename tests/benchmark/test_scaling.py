@@ -6,7 +6,7 @@ import pytest
 from makeup_video.benchmark import harness, scaling, videos
 from makeup_video.pipeline import Look, UsageError, product
 from makeup_video.pipeline.offline import run as offline
-from makeup_video.pipeline.offline import video as video_of_run
+from makeup_video.pipeline.offline import video as offline_video
 from people import SAMPLES
 
 LOOK = Look(lips=product((150, 30, 70), "satin"), eyes=product((60, 80, 150), "satin", "eyes"))
@@ -51,13 +51,13 @@ def test_the_product_really_runs_with_other_threads(bench, monkeypatch):
             super().__init__(source, stages, sink, *rest, **options)
             runs[-1] += sink[1].threads, len(self.channels) - 1
 
-    class NotedDecoder(video_of_run.Decoder):
+    class NotedDecoder(offline_video.Decoder):
         def __init__(self, *args, threads, **options):
             super().__init__(*args, threads=threads, **options)
             runs.append((threads,))
 
     monkeypatch.setattr(offline, "Runner", Noted)
-    monkeypatch.setattr(video_of_run, "Decoder", NotedDecoder)
+    monkeypatch.setattr(offline_video, "Decoder", NotedDecoder)
     video = bench.video(144).path
     for threads in ((1, 3, 2), (0, 0, 4)):
         scaling._run_with_threads(bench, video, *threads)

@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 from makeup_video.benchmark import stages
 
 
-def observed(*videos):
+def observed(*runs):
     stage_log = stages.StageLog()
-    for items in videos:
+    for items in runs:
         stage_log.start()
         for name, ms in items:
             stage_log(name, ms / 1000, ms / 2000)

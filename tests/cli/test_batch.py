@@ -13,22 +13,22 @@ import pytest
 from command_line import LOOK, command, run
 from makeup_video.pipeline.batch import run as batch_run
 from media import make_clip
-from people import SAMPLES, clip, film
+from people import SAMPLES, clip, write_video
 from workers import InThisProcess
 
 
 @pytest.fixture(scope="module")
 def clips(tmp_path_factory):
-    """A folder with two films, of 320 x 180 px."""
-    folder = tmp_path_factory.mktemp("films")
+    """A folder with two videos, of 320 x 180 px."""
+    folder = tmp_path_factory.mktemp("videos")
     for name in ("a", "b"):
-        film(folder / f"{name}.mkv", [picture[::2, ::2] for picture in clip(20)])
+        write_video(folder / f"{name}.mkv", [picture[::2, ::2] for picture in clip(20)])
     return folder
 
 
 @pytest.fixture
 def folder(clips, tmp_path, monkeypatch):
-    """Two films and a look file, in the current folder."""
+    """Two videos and a look file, in the current folder."""
     monkeypatch.chdir(tmp_path)
     shutil.copytree(clips, tmp_path / "clips")
     (tmp_path / "red.json").write_text(json.dumps(LOOK))
@@ -37,9 +37,9 @@ def folder(clips, tmp_path, monkeypatch):
 
 @pytest.fixture
 def slow_folder(folder):
-    """The same with larger films, which are longer in hand."""
+    """The same with larger videos, which are longer in hand."""
     for name in ("a", "b"):
-        film(folder / "clips" / f"{name}.mkv", clip(20))
+        write_video(folder / "clips" / f"{name}.mkv", clip(20))
     return folder
 
 
@@ -87,8 +87,8 @@ def test_running_again_does_nothing_twice(folder):
     assert now == files
 
 
-def test_a_bad_film_fails_alone_and_is_named_at_the_end(folder):
-    (folder / "clips" / "bad.mp4").write_text("no film")
+def test_a_bad_video_fails_alone_and_is_named_at_the_end(folder):
+    (folder / "clips" / "bad.mp4").write_text("no video")
     words = ("batch", "clips", "--look", "none", "-o", "out/{name}.mp4")
     first = run(*words)
     assert first.exit_code == 5
@@ -268,7 +268,7 @@ def test_nothing_is_overwritten_without_y(folder):
 @pytest.mark.parametrize("seed", range(2))
 def test_a_batch_survives_being_killed_at_any_moment(slow_folder, seed):
     words = ("batch", "clips", *LOOKS, "-o", "out/{name}-{look}.mkv", "-q", "--jobs", "2")
-    names = sorted(f"{film}-{look}.mkv" for film in "ab" for look in ("red", "none"))
+    names = sorted(f"{video}-{look}.mkv" for video in "ab" for look in ("red", "none"))
     rng, seen = random.Random(seed), {}
     for attempt in range(5):
         process = command(*words)

@@ -1,4 +1,4 @@
-"""Requests that a stop of the server cuts off are answered, where it is not too late."""
+"""Requests that a stop of the server cuts off are answered, unless it is too late."""
 
 import asyncio
 import json
@@ -42,3 +42,18 @@ def test_what_has_begun_and_a_websocket_get_no_second_answer(kind):
     with pytest.raises(asyncio.CancelledError):
         asyncio.run(AnswerCutOff(cut_off)({"type": kind}, None, note))
     assert sent == ([start] if kind == "http" else [])
+
+
+def test_a_client_that_does_not_read_is_not_waited_for():
+    async def cut_off(scope, receive, send):
+        raise asyncio.CancelledError
+
+    async def wait(message):
+        await asyncio.get_running_loop().create_future()
+
+    async def serve():
+        async with asyncio.timeout(5):
+            await AnswerCutOff(cut_off)({"type": "http"}, None, wait)
+
+    with pytest.raises(asyncio.CancelledError):
+        asyncio.run(serve())

@@ -40,17 +40,17 @@ class LiveEncoder:
         self._encoder = encoder
         self._first_us = frame.pts
         self._last_us = frame.pts - 1
-        self.stream = container.add_stream(encoder, rate=rate)
-        describe_pictures(self.stream, frame)
-        context = self.stream.codec_context
-        self.stream.time_base = context.time_base = LIVE_TIME_BASE
+        self._stream = container.add_stream(encoder, rate=rate)
+        describe_pictures(self._stream, frame)
+        context = self._stream.codec_context
+        self._stream.time_base = context.time_base = LIVE_TIME_BASE
         # frame threads use two cores better, but each holds back a picture
         context.thread_type = "SLICE" if at_once else "AUTO"
         if bit_rate is not None:
             context.bit_rate = bit_rate
         if global_header:
             context.flags |= Flags.global_header
-        self.stream.options.update(options)
+        self._stream.options.update(options)
         try:
             open_encoder(context)
         except (av.FFmpegError, ValueError) as error:
@@ -66,7 +66,7 @@ class LiveEncoder:
                 return  # a picture of this time is encoded already
             self._last_us = picture.pts
         try:
-            for packet in self.stream.encode_lazy(picture):
+            for packet in self._stream.encode_lazy(picture):
                 yield self._from_zero(packet)
         except av.FFmpegError as error:
             raise EncodeError(f"{self._encoder} failed: {error.strerror}") from error

@@ -8,7 +8,7 @@ import pytest
 from makeup_video.pipeline import DecodeError, Settings, UsageError, process_video
 from makeup_video.pipeline.media.duration import check_start
 from makeup_video.pipeline.media.input_file import open_video
-from makeup_video.pipeline.offline import video as offline
+from makeup_video.pipeline.offline import video as offline_video
 from media import add_video, decoded, encode_frames, make_clip, tone
 
 CODECS = {".webm": "vp9", ".flv": "h264", ".ts": "h264", ".avi": "mpeg4", ".mkv": "h264"}
@@ -27,7 +27,7 @@ def start(seconds, **more):
 def test_a_start_beyond_the_end_is_refused_at_once(tmp_path, monkeypatch, end, seconds):
     src = make_video(tmp_path, end)
     monkeypatch.setattr(
-        offline, "OutputFile", lambda *_, **__: pytest.fail("the output was opened")
+        offline_video, "OutputFile", lambda *_, **__: pytest.fail("the output was opened")
     )
     with pytest.raises(UsageError) as caught:
         process_video(src, tmp_path / "out.mkv", None, start(seconds))

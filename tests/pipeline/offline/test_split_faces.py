@@ -13,7 +13,7 @@ from workers import InThisProcess
 
 LOOK = ready_look("glam").look
 MINUTES = Fraction(5, 2 * 60)
-# The run-up of the second segment takes two seconds, and begins well after the film does.
+# The run-up of the second segment takes two seconds, and begins well after the video does.
 FRAMES, SEAM = 120, 75
 SECOND_FACE = range(50, 110)
 
@@ -39,7 +39,7 @@ def two_faces(tmp_path_factory):
 
 
 def paint(src, folder, workers=None, **settings):
-    """(the film of one run, the film in segments, both reports), without loss."""
+    """(the video of one run, the video in segments, both reports), without loss."""
     whole, split = folder / "whole.mkv", folder / "split.mkv"
     one = process_video(src, whole, LOOK, Settings(codec="ffv1", **settings))
     in_segments = Settings(codec="ffv1", split_minutes=MINUTES, **settings)
@@ -49,11 +49,11 @@ def paint(src, folder, workers=None, **settings):
 
 @pytest.fixture(scope="module")
 def painted(two_faces, tmp_path_factory):
-    """`paint` for the film of two faces: once for each choice of faces."""
+    """`paint` for the video of two faces: once for each choice of faces."""
 
     @cache
     def painted(faces):
-        # Processes for one choice: their start takes as long as painting a film of that length.
+        # Processes for one choice: their start takes as long as painting a video of that length.
         workers = None if faces == "largest" else [InThisProcess()]
         return paint(two_faces, tmp_path_factory.mktemp("painted"), workers, faces=faces)
 
@@ -70,8 +70,8 @@ def face_psnr(one, other, face):
 
 @pytest.mark.parametrize("whom", ["all", "largest", "1"])
 def test_faces_are_painted_alike_on_both_sides_of_a_seam(two_faces, painted, whom):
-    *films, one, many = painted(whom)
-    whole, split = map(decoded, films)
+    *videos, one, many = painted(whom)
+    whole, split = map(decoded, videos)
     assert many.segments == 2 and len(whole) == len(split) == FRAMES
     for name in ("faces", "frames_with_face", "painted_frames", "warnings"):
         first, second = getattr(one, name), getattr(many, name)
@@ -118,8 +118,8 @@ def test_a_video_of_the_sample_is_alike_at_its_seam(tmp_path):
             frame.pts, frame.time_base = index, TICK
             out.mux(video.encode(frame))
         out.mux(video.encode(None))
-    *films, one, many = paint(src, tmp_path, [InThisProcess()])
-    whole, split = map(decoded, films)
+    *videos, one, many = paint(src, tmp_path, [InThisProcess()])
+    whole, split = map(decoded, videos)
     assert many.segments == 2 and (one.faces, one.painted_frames) == (many.faces, FRAMES)
     for number in range(SEAM, SEAM + 30, 3):
         (face,) = find_faces(whole[number].to_ndarray(format="rgb24"))

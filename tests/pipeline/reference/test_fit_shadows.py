@@ -129,14 +129,22 @@ def test_few_cold_cells_make_no_product_cold_if_light_is_warm(share, b, red):
         assert least == pytest.approx(max(4 * b, skin.lab(blue)[0, 2]), abs=0.1)
 
 
-@given(st.floats(20, 80), st.floats(0.1, 30), st.floats(0.1, 30), st.floats(20, 80))
+@given(st.floats(20, 80), st.floats(4, 30), st.floats(4, 30), st.floats(20, 80))
 def test_what_looks_warm_in_a_photo_is_painted_no_colder(lightness, red, yellow, fitted):
     """Dark brown on warm skin is as much less yellow than the skin as blue is on pale skin."""
-    looks = np.broadcast_to([lightness, red, yellow], (27, 24, 3))
-    painted = painted_blue(fitted, looks)
+    painted = painted_blue(fitted, np.broadcast_to([lightness, red, yellow], (27, 24, 3)))
     as_dark = np.array([red, yellow]) * min(fitted / lightness, 1)
     np.testing.assert_allclose(painted[1:], as_dark, atol=0.1)
     assert painted[0] == pytest.approx(fitted, abs=0.1)
+
+
+@given(st.floats(-2, 6), st.floats(0, 0.01))
+def test_a_hardly_warmer_look_makes_a_hardly_warmer_product(red, more):
+    blues = [
+        painted_blue(50, np.broadcast_to([50, one, 12], (27, 24, 3)))[2]
+        for one in (red, red + more)
+    ]
+    assert 0 <= blues[1] - blues[0] + 1e-3 < 0.1
 
 
 @given(st.floats(20, 80), st.floats(-40, 30), st.floats(-60, 0))
