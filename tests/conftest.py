@@ -13,9 +13,11 @@ settings.register_profile("same", deadline=None, derandomize=True)
 settings.register_profile("random", deadline=None)
 settings.load_profile("same")
 
-# A background job may start with SIGINT ignored, and child processes inherit that. The tests of
-# Ctrl-C would then wait forever.
+# A background job may start with SIGINT ignored, and one under nohup with SIGHUP; child processes
+# inherit that. The tests of these signals would then wait forever.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP"):
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.fixture(autouse=True)
