@@ -1,5 +1,6 @@
 """Faces across the seams of a video in segments: their numbers, and how they are painted."""
 
+from collections import Counter
 from fractions import Fraction
 from functools import cache
 
@@ -21,17 +22,24 @@ SECOND_FACE = range(50, 110)
 @pytest.fixture(scope="module")
 def two_faces(tmp_path_factory):
     """A face that moves a little, and a smaller one that comes later and leaves before the end."""
+    path = tmp_path_factory.mktemp("video") / "in.mkv"
+    pictures = []
+    for index in range(FRAMES):
+        shift = round(12 * np.sin(index / 9))
+        pictures.append(put(grey(), face_of(150), 60 + shift, 20))
+        if index in SECOND_FACE:
+            pictures[-1] = put(pictures[-1], face_of(100), 410, 90 + shift // 2)
+    return written(path, pictures, key_frames_every=15)
+
+
+def written(path, pictures, key_frames_every):
     import av
 
-    path = tmp_path_factory.mktemp("video") / "in.mkv"
     with av.open(str(path), "w") as out:
-        video = add_video(out, "ffv1", size_wh=(640, 360), options={"g": "15"})
-        for index in range(FRAMES):
-            shift = round(12 * np.sin(index / 9))
-            picture = put(grey(), face_of(150), 60 + shift, 20)
-            if index in SECOND_FACE:
-                picture = put(picture, face_of(100), 410, 90 + shift // 2)
-            frame = frame_of(picture, index).picture
+        options = {"g": str(key_frames_every)}
+        video = add_video(out, "ffv1", size_wh=(640, 360), options=options)
+        for index, rgb8 in enumerate(pictures):
+            frame = frame_of(rgb8, index).picture
             frame.pts, frame.time_base = index, TICK
             out.mux(video.encode(frame))
         out.mux(video.encode(None))
@@ -106,18 +114,36 @@ def test_a_face_that_was_chosen_and_never_came_is_named_once(painted):
     assert "the faces seen were 0 and 1" in many.why_unpainted
 
 
+class Noting(InThisProcess):
+    """Notes how often each segment is painted."""
+
+    def __init__(self):
+        self.jobs = []
+
+    def run(self, task, job, report):
+        self.jobs.append(job.path.name)
+        return super().run(task, job, report)
+
+
+@pytest.mark.parametrize(("whom", "painted_frames"), [("0", range(10)), ("1", range(40, FRAMES))])
+def test_a_segment_that_mixed_up_faces_is_painted_again(tmp_path, whom, painted_frames):
+    """Face 0 has left before the run-up of the second segment, which begins with face 1 as its own
+    face 0."""
+    left, right = put(grey(), face_of(150), 20, 20), put(grey(), face_of(150), 330, 20)
+    pictures = [left if index < 10 else right if index >= 40 else grey() for index in range(FRAMES)]
+    src, worker = written(tmp_path / "in.mkv", pictures, key_frames_every=15), Noting()
+    *videos, one, many = paint(src, tmp_path, [worker], faces=whom)
+    assert many.segments == 2 and sorted(Counter(worker.jobs).values()) == [1, 2]
+    assert many.painted_frames == one.painted_frames == len(painted_frames)
+    whole, split, bare = map(decoded, (*videos, src))
+    for number, frames in enumerate(zip(whole, split, bare, strict=True)):
+        of_one, of_many, source = (frame.to_ndarray() for frame in frames)
+        assert (of_one != source).any() == (of_many != source).any() == (number in painted_frames)
+
+
 def test_a_video_of_the_sample_is_alike_at_its_seam(tmp_path):
     """A rendered head that talks and turns; the tracker's state is never quite the same."""
-    import av
-
-    src = tmp_path / "in.mkv"
-    with av.open(str(src), "w") as out:
-        video = add_video(out, "ffv1", size_wh=(640, 360), options={"g": "5"})
-        for index, rgb8 in enumerate(clip(FRAMES)):
-            frame = frame_of(rgb8, index).picture
-            frame.pts, frame.time_base = index, TICK
-            out.mux(video.encode(frame))
-        out.mux(video.encode(None))
+    src = written(tmp_path / "in.mkv", clip(FRAMES), key_frames_every=5)
     *videos, one, many = paint(src, tmp_path, [InThisProcess()])
     whole, split = map(decoded, videos)
     assert many.segments == 2 and (one.faces, one.painted_frames) == (many.faces, FRAMES)
