@@ -131,14 +131,38 @@ def test_a_segment_that_mixed_up_faces_is_painted_again(tmp_path, whom, painted_
     face 0."""
     left, right = put(grey(), face_of(150), 20, 20), put(grey(), face_of(150), 330, 20)
     pictures = [left if index < 10 else right if index >= 40 else grey() for index in range(FRAMES)]
-    src, worker = written(tmp_path / "in.mkv", pictures, key_frames_every=15), Noting()
-    *videos, one, many = paint(src, tmp_path, [worker], faces=whom)
+    changed = changed_twice(tmp_path, pictures, whom)
+    for number, frames in enumerate(zip(*changed, strict=True)):
+        assert all(columns.any() == (number in painted_frames) for columns in frames)
+
+
+def test_a_segment_that_began_with_a_larger_face_is_painted_again(tmp_path):
+    """The makeup stays on a face when a slightly larger one comes, and the second segment sees both
+    from its beginning."""
+    right = put(grey(), face_of(138), 340, 20)
+    both = put(right, face_of(150), 10, 20)
+    pictures = [right if index < 8 else both for index in range(FRAMES)]
+    for columns in zip(*changed_twice(tmp_path, pictures, "largest"), strict=True):
+        assert all(one[340:].any() and not one[:320].any() for one in columns)
+
+
+def changed_twice(folder, pictures, whom):
+    """Of one run and of one in segments, by frame: the columns that paint changed, (640,) bool.
+
+    One segment must be painted twice.
+    """
+    src, worker = written(folder / "in.mkv", pictures, key_frames_every=15), Noting()
+    *videos, one, many = paint(src, folder, [worker], faces=whom)
     assert many.segments == 2 and sorted(Counter(worker.jobs).values()) == [1, 2]
-    assert many.painted_frames == one.painted_frames == len(painted_frames)
-    whole, split, bare = map(decoded, (*videos, src))
-    for number, frames in enumerate(zip(whole, split, bare, strict=True)):
-        of_one, of_many, source = (frame.to_ndarray() for frame in frames)
-        assert (of_one != source).any() == (of_many != source).any() == (number in painted_frames)
+    assert many.painted_frames == one.painted_frames
+    bare = [frame.to_ndarray()[:360] for frame in decoded(src)]
+    return [
+        [
+            (frame.to_ndarray()[:360] != old).any(axis=0)
+            for frame, old in zip(decoded(video), bare, strict=True)
+        ]
+        for video in videos
+    ]
 
 
 def test_a_video_of_the_sample_is_alike_at_its_seam(tmp_path):
