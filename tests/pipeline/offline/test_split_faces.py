@@ -136,7 +136,7 @@ def test_a_segment_that_mixed_up_faces_is_painted_again(tmp_path, whom, painted_
         assert all(columns.any() == (number in painted_frames) for columns in frames)
 
 
-def test_a_segment_that_began_with_a_larger_face_is_painted_again(tmp_path):
+def test_a_segment_that_took_a_larger_face_is_painted_again(tmp_path):
     """The makeup stays on a face when a slightly larger one comes, and the second segment sees both
     from its beginning."""
     right = put(grey(), face_of(138), 340, 20)
