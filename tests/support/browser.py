@@ -1,5 +1,6 @@
 """A real browser on the real page: finds Chromium, starts `makeup-video` and observes the page."""
 
+import atexit
 import os
 import queue
 import re
@@ -73,6 +74,7 @@ class Served:
             cwd=folder,
             env={**os.environ, **(environment or {})},
         )
+        atexit.register(self.process.kill)  # for a test that fails before it stops the server
         self.lines: list[str] = []
         addresses: queue.Queue[str] = queue.Queue()
         self._listener = threading.Thread(target=self._listen, args=(addresses,), daemon=True)
