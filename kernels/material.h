@@ -163,10 +163,9 @@ MATERIAL_INLINE colour_rgb material_paint(
     float kept = colour_clamp(m->dark_offset + m->dark_gain * fine, 1.0f);
     float lighter = colour_positive(bright * shade - 1.0f);
     float opaque = weight * m->opacity * (1.0f - colour_min(1.0f - kept, lighter));
-    /* at the border, where bright skin would pass for a highlight of dark lips, there are none */
-    float within = weight * weight * weight;
     weight *= kept;
-    float highlight = within * weight * (fine - matte) * broad / lit; /* as a multiple of the light */
+    /* as a multiple of the pixel's light; at the edge bright skin is none */
+    float highlight = weight * (fine - matte) * broad / lit;
     float own = m->texture * m->keep_highlights * highlight;
     float mirror = weight * s->mirror;
     float breakup = MATERIAL_BREAKUP_GAIN * fine - MATERIAL_BREAKUP_START;

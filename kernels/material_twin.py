@@ -239,10 +239,9 @@ def made_up(
     kept = np.clip(m.dark_offset + m.dark_gain * fine, 0, 1)
     lighter = np.maximum(bright * shade - 1, 0)
     opaque = weight * local.opacity * (1 - np.minimum(1 - kept, lighter))
-    # at the border, where bright skin would pass for a highlight of dark lips, there are none
-    within = weight * weight * weight
     weight = weight * kept
-    highlight = within * weight * (fine - matte) * broad / lit  # as a multiple of the light
+    # as a multiple of the pixel's light; at the edge bright skin is none
+    highlight = weight * (fine - matte) * broad / lit
     breakup = np.clip(BREAKUP_GAIN * fine - BREAKUP_START, 0, BREAKUP_MOST)
     lobe = weight * skin.lobe * breakup
     shown = weight * local.shine * m.own_highlights * highlight

@@ -111,20 +111,6 @@ def test_gloss_brightens_the_skins_own_highlights():
     assert matte[0] == pytest.approx(matte[1])  # no highlight to brighten
 
 
-@given(st.floats(0.05, 0.6), st.floats(0.5, 1.0))
-def test_own_highlights_fade_out_before_the_colour_does(weight, gloss):
-    """Beside dark lips bright skin passes for a highlight."""
-    bright, dark = 0.2 * 2, {"red": 40, "green": 0, "blue": 10}
-    with_them = of(gloss=gloss, gloss_detail=1.0, **dark)
-    without = replace(with_them, keep_highlights=0.0, own_highlights=0.0)
-
-    def added_at(weight):
-        return paint(bright, with_them, weight=weight) - paint(bright, without, weight=weight)
-
-    assert (added_at(weight) < 0.8 * weight**2 * added_at(1.0)).all()
-    assert (added_at(1.0) > 0).all()
-
-
 def test_reflections_come_from_where_the_mirrored_ray_points():
     room = np.zeros((3, 16, 16))
     room[:, :, 12:] = 1  # a window at the right
