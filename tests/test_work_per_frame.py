@@ -5,7 +5,6 @@ frame raises the limit here, and docs/performance.md explains the benefit.
 """
 
 import gc
-from itertools import islice
 from pathlib import Path
 
 import av
@@ -15,7 +14,7 @@ from makeup_video.pipeline import Settings, process_video, ready_look
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.render.surfaces.eyes import BothEyes
-from media import add_video
+from people import resized_sample
 from work import measure_work
 
 SAMPLE = Path(__file__).parents[1] / "samples" / "in.mp4"
@@ -48,14 +47,7 @@ def test_opencv_returns_little_more_than_a_third_of_a_frame(work):
 
 
 def test_in_a_larger_frame_only_pixels_cost_more(work, tmp_path):
-    clip = tmp_path / "larger.mp4"
-    with av.open(str(SAMPLE)) as box, av.open(str(clip), "w") as out:
-        stream = add_video(out, size_wh=(2560, 1440))
-        for picture in islice(box.decode(video=0), FRAMES):
-            larger = picture.reformat(2560, 1440)
-            larger.pict_type = 0  # the encoder's own choice
-            out.mux(stream.encode(larger))
-        out.mux(stream.encode(None))
+    clip = resized_sample(tmp_path / "larger.mp4", (2560, 1440), FRAMES)
     more = measure_work(clip, full_look(), FRAMES)
     for name in ("net_runs", "kernels_launched", "calls"):
         assert more[name] <= 1.1 * work[name]

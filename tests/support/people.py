@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
+from itertools import islice
 from pathlib import Path
 
 import av
@@ -67,18 +68,41 @@ def frame_of(
 
 
 def write_video(
-    path: Path, pictures: Sequence[np.ndarray], pix_fmt: str = "yuv420p", rotation_degrees: int = 0
+    path: Path,
+    pictures: Sequence[np.ndarray],
+    pix_fmt: str = "yuv420p",
+    rotation_degrees: int = 0,
+    options: dict[str, str] | None = None,
 ) -> Path:
-    """Upright RGB pictures as a lossless video, stored with a rotation and its tag."""
+    """Upright RGB pictures as a lossless video, stored with a rotation and its tag.
+
+    options: of the encoder.
+    """
     with av.open(str(path), "w") as out:
         height, width = np.rot90(pictures[0], rotation_degrees // 90).shape[:2]
-        stream = add_video(out, "ffv1", size_wh=(width, height), pix_fmt=pix_fmt)
+        stream = add_video(out, "ffv1", size_wh=(width, height), pix_fmt=pix_fmt, options=options)
         if rotation_degrees:
             stream.set_display_rotation(rotation_degrees)
         for index, rgb8 in enumerate(pictures):
             shown = frame_of(rgb8, index, pix_fmt, rotation_degrees=rotation_degrees).picture
             shown.pts, shown.time_base = index, TICK
             out.mux(stream.encode(shown))
+        out.mux(stream.encode(None))
+    return path
+
+
+def resized_sample(
+    path: Path, size_wh: tuple[int, int], frames: int, every: int = 1, rate: int = 30
+) -> Path:
+    """The first frames of the sample, or each second one and so on, at another size and rate."""
+    with av.open(str(SAMPLES / "in.mp4")) as source, av.open(str(path), "w") as out:
+        stream = add_video(out, size_wh=size_wh, rate=rate)
+        pictures = islice(source.decode(video=0), 0, frames * every, every)
+        for number, picture in enumerate(pictures):
+            resized = picture.reformat(*size_wh)
+            resized.pts, resized.time_base = number, Fraction(1, rate)
+            resized.pict_type = 0  # the encoder's own choice
+            out.mux(stream.encode(resized))
         out.mux(stream.encode(None))
     return path
 

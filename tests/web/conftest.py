@@ -1,12 +1,8 @@
 """The browser, `makeup-video demo`, and visits to its page."""
 
-from itertools import islice
-
-import av
 import pytest
 from browser import DESK, Served, executable, open_browser, visits
-from media import add_video
-from people import SAMPLES
+from people import resized_sample
 
 
 @pytest.fixture(scope="module")
@@ -31,15 +27,7 @@ def camera_clip(tmp_path_factory):
     A server paints it all the time: at half the size and rate that takes an eighth of the work.
     """
     path = tmp_path_factory.mktemp("camera") / "clip.mp4"
-    with av.open(str(SAMPLES / "in.mp4")) as source, av.open(str(path), "w") as out:
-        stream = add_video(out, size_wh=(640, 360), rate=15)
-        for number, frame in enumerate(islice(source.decode(video=0), 0, 60, 2)):
-            small = frame.reformat(640, 360)
-            small.pts, small.time_base = number, stream.codec_context.time_base
-            small.pict_type = 0  # the encoder's own choice
-            out.mux(stream.encode(small))
-        out.mux(stream.encode(None))
-    return path
+    return resized_sample(path, (640, 360), frames=30, every=2, rate=15)
 
 
 @pytest.fixture

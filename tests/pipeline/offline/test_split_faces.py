@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from makeup_video.pipeline import Settings, find_faces, process_video, ready_look
 from makeup_video.pipeline.offline.split import plan_of
-from media import add_video, decoded
-from people import TICK, clip, face_of, frame_of, grey, put
+from media import decoded
+from people import clip, face_of, grey, put, write_video
 from workers import InThisProcess
 
 LOOK = ready_look("glam").look
@@ -29,21 +29,7 @@ def two_faces(tmp_path_factory):
         pictures.append(put(grey(), face_of(150), 60 + shift, 20))
         if index in SECOND_FACE:
             pictures[-1] = put(pictures[-1], face_of(100), 410, 90 + shift // 2)
-    return written(path, pictures, key_frames_every=15)
-
-
-def written(path, pictures, key_frames_every):
-    import av
-
-    with av.open(str(path), "w") as out:
-        options = {"g": str(key_frames_every)}
-        video = add_video(out, "ffv1", size_wh=(640, 360), options=options)
-        for index, rgb8 in enumerate(pictures):
-            frame = frame_of(rgb8, index).picture
-            frame.pts, frame.time_base = index, TICK
-            out.mux(video.encode(frame))
-        out.mux(video.encode(None))
-    return path
+    return write_video(path, pictures, options={"g": "15"})
 
 
 def paint(src, folder, workers=None, **settings):
@@ -151,7 +137,7 @@ def changed_twice(folder, pictures, whom):
 
     One segment must be painted twice.
     """
-    src, worker = written(folder / "in.mkv", pictures, key_frames_every=15), Noting()
+    src, worker = write_video(folder / "in.mkv", pictures, options={"g": "15"}), Noting()
     *videos, one, many = paint(src, folder, [worker], faces=whom)
     assert many.segments == 2 and sorted(Counter(worker.jobs).values()) == [1, 2]
     assert many.painted_frames == one.painted_frames
@@ -167,7 +153,7 @@ def changed_twice(folder, pictures, whom):
 
 def test_a_video_of_the_sample_is_alike_at_its_seam(tmp_path):
     """A rendered head that talks and turns; the tracker's state is never quite the same."""
-    src = written(tmp_path / "in.mkv", clip(FRAMES), key_frames_every=5)
+    src = write_video(tmp_path / "in.mkv", clip(FRAMES), options={"g": "5"})
     *videos, one, many = paint(src, tmp_path, [InThisProcess()])
     whole, split = map(decoded, videos)
     assert many.segments == 2 and (one.faces, one.painted_frames) == (many.faces, FRAMES)
