@@ -11,12 +11,13 @@ from functools import lru_cache
 import cv2
 import numpy as np
 from makeup_video.kernels.surface import LID_LEFT, LID_STEP
+from makeup_video.pipeline.faces.topology import FACE_OVAL
 from makeup_video.pipeline.frames.sampling import remap
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.kinds.density_map import heights
 from makeup_video.pipeline.look.kinds.fields import LID, EyeChart
 from makeup_video.pipeline.look.look import Layer
-from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
+from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace, filled
 from makeup_video.pipeline.render.surfaces.both_eyes import SIZE_WH
 from makeup_video.pipeline.render.surfaces.eyes import LidSurface
 from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
@@ -26,24 +27,32 @@ _HEIGHTS = np.concatenate([_UP, _DOWN])
 FLAT_HW = len(_HEIGHTS), SIZE_WH[0]
 _ACROSS = (LID_LEFT + LID_STEP * np.arange(SIZE_WH[0]) + 0.5).astype(np.float32)
 _BLUR_PX = 0.9  # of the neutral face: a cell is a little more than a pixel
-# A column is dark when this percentile of the light of its cells is below this share of skin's.
-# Where it is dark, and so are all columns further out, it shows hair, or what lies behind a face
-# that is turned away. The inner columns always count: what is black there is makeup.
+# A column is dark when this percentile of the light of its cells is below this share of skin's, and
+# off the face when less than this share of its cells lies within the face's outline. Where it is
+# either, and so are all columns further out, it shows hair, or what lies behind a face that is
+# turned away. The inner columns always count: what is black there is makeup.
 _PERCENTILE, _DARK = 80, 0.2
+_ON_FACE = 0.5
 _INNER = FLAT_HW[1] // 2
 
 
 def flat_eyes(neutral: NeutralFace) -> np.ndarray | None:
     """(27, 48, 3) float32: the roots of the shares of skin, the mean over the eyes that are seen.
 
-    Columns that hair hides beside one eye are those of the other eye, and plain skin where both are
-    hidden. None when no eye is seen.
+    Columns that hair hides beside one eye, or that lie beyond the outline of a turned face, are
+    those of the other eye, and plain skin where both are hidden. None when no eye is seen.
     """
     soft = cv2.GaussianBlur(neutral.linear, (0, 0), _BLUR_PX)
-    eyes = [neutral.roots(_laid_flat(soft, lid)) for lid in lid_surfaces(neutral.face)]
+    within = filled(neutral.face, [FACE_OVAL.tolist()], soft.shape, mirrored=False)
+    eyes, are_skin = [], []
+    for lid in lid_surfaces(neutral.face):
+        places = _flat_places_px(lid)
+        eyes.append(neutral.roots(remap(soft, places).reshape(*FLAT_HW, 3)))
+        on_face = remap(within.astype(np.float32), places).reshape(FLAT_HW)
+        are_skin.append(_is_skin(eyes[-1], on_face))
     if not eyes:
         return None
-    seen = np.stack([_is_skin(eye) for eye in eyes])[:, None, :, None]
+    seen = np.stack(are_skin)[:, None, :, None]
     mean: np.ndarray = np.where(
         seen.any(0), np.sum(eyes, 0, where=seen) / np.maximum(seen.sum(0), 1), np.float32(1)
     ).astype(np.float32)
@@ -62,16 +71,21 @@ def flat_places() -> tuple[np.ndarray, np.ndarray]:
     return _ACROSS, _HEIGHTS
 
 
-def _is_skin(eye: np.ndarray) -> np.ndarray:
-    """(48,) bool: the columns of a flat eye (27, 48, 3) that neither hair nor background hides."""
+def _is_skin(eye: np.ndarray, on_face: np.ndarray) -> np.ndarray:
+    """(48,) bool: the columns of a flat eye (27, 48, 3) that neither hair nor background hides.
+
+    on_face: (27, 48), 0..1, the share of each cell within the face's outline.
+    """
     hidden = np.percentile(eye * eye @ LUMINANCE, _PERCENTILE, axis=0) < _DARK
+    hidden |= on_face.mean(0) < _ON_FACE
     hidden[:_INNER] = False
     hidden = np.logical_and.accumulate(hidden[::-1])[::-1]
     hidden[:-1] |= hidden[1:]  # where hair begins, a column has some of both
     return ~hidden
 
 
-def _laid_flat(linear: np.ndarray, lid: LidSurface) -> np.ndarray:
+def _flat_places_px(lid: LidSurface) -> np.ndarray:
+    """(2, 27 * 48) float32: where the cells of a flat eye lie in the picture, x and y, in px."""
     rows, columns = np.arange(SIZE_WH[1]), np.arange(SIZE_WH[0])
     below = lid.below_px / np.float32(lid.width_px)
     y = np.empty(FLAT_HW, np.float32)
@@ -79,8 +93,8 @@ def _laid_flat(linear: np.ndarray, lid: LidSurface) -> np.ndarray:
         y[: len(_UP), column] = np.interp(-_UP, -lid.up[:, column], rows)
         y[len(_UP) :, column] = np.interp(-_DOWN * LID, below[:, column], rows)
     on_grid = np.stack([np.broadcast_to(columns, FLAT_HW), y, np.ones_like(y)]).reshape(3, -1)
-    places = (lid.grid.to_px @ on_grid).astype(np.float32)
-    return remap(linear, places).reshape(*FLAT_HW, 3)
+    places: np.ndarray = (lid.grid.to_px @ on_grid).astype(np.float32)
+    return places
 
 
 @lru_cache(maxsize=64)

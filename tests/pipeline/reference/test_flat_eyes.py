@@ -1,10 +1,13 @@
 """Tests of pipeline/reference/flat_eyes.py: hair and background beside the eyes are left out."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from makeup_video.pipeline.faces.topology import FACE_OVAL
 from makeup_video.pipeline.reference.flat_eyes import FLAT_HW, flat_eyes
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
@@ -18,8 +21,20 @@ BEFORE = np.s_[:, : FIRST - 3]  # where no blur carries hair
 SKINS = (230, 176, 150), (190, 140, 118)  # around the one eye and the other
 
 
-def flat(rgb8):
-    return flat_eyes(neutral_face(rgb8, face(), photo_light(portrait(), face())))
+def flat(rgb8, seen=None):
+    seen = seen or face()
+    return flat_eyes(neutral_face(rgb8, seen, photo_light(portrait(), face())))
+
+
+def ending_at(column, eye):
+    """The face, whose outline comes no further out than a column of one eye."""
+    points = face().points_px.copy()
+    to_px = lid_surfaces(face())[eye].grid.to_px
+    edge, inner = (to_px @ [at, 20, 1] for at in (column, 0))
+    inwards = (inner - edge) / np.linalg.norm(inner - edge)
+    beyond = np.maximum(-(points[FACE_OVAL, :2] - edge) @ inwards, 0)
+    points[FACE_OVAL, :2] += beyond[:, None] * inwards
+    return replace(face(), points_px=points)
 
 
 def behind_hair(rgb, *eyes):
@@ -52,6 +67,17 @@ def test_beside_hair_the_other_eye_counts_alone(eye, rgb):
 
 def test_hair_beside_both_eyes_leaves_plain_skin():
     assert (flat(behind_hair((20, 12, 8), 0, 1))[BESIDE] == 1).all()
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.sampled_from([0, 1]), st.tuples(*[st.integers(0, 255)] * 3))
+def test_what_lies_beyond_a_turned_face_is_left_out(eye, rgb):
+    turned = ending_at(FIRST - 1, eye)
+    before, behind = flat(behind_hair(rgb), turned), flat(behind_hair(rgb, eye), turned)
+    other = flat(behind_hair((0, 0, 0), eye), turned)
+    np.testing.assert_allclose(behind[BESIDE], before[BESIDE], atol=0.01)
+    np.testing.assert_allclose(behind[BESIDE], other[BESIDE], atol=0.01)
+    np.testing.assert_allclose(behind[BEFORE], before[BEFORE], atol=0.01)
 
 
 @pytest.mark.parametrize("rgb", [(120, 90, 80), (90, 70, 140)])
