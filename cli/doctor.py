@@ -23,7 +23,7 @@ def doctor(
     as_json: PrintJson = False,
     debug: Debug = False,
 ) -> None:
-    """Test this machine for some seconds: versions, devices, speed, what is wrong."""
+    """Test this machine for a few seconds: versions, devices, speed, what is wrong."""
     from dataclasses import asdict
 
     from makeup_video.cli.findings import BAD, findings

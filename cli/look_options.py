@@ -101,7 +101,7 @@ class Changes:
         str | None,
         typer.Option(
             metavar="NAME",
-            help="{finishes}.",
+            help="The finish of parts that are given without one: {finishes}.",
             rich_help_panel=LOOK,
         ),
     ] = None

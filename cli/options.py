@@ -85,7 +85,8 @@ class PageOptions:
         bool,
         typer.Option(
             "--https",
-            help="Serve the page over HTTPS, with a certificate that is made once (extra https).",
+            help="Serve the page over HTTPS, with a certificate that is made once. "
+            "Needs makeup-video[https].",
             rich_help_panel=PAGE,
         ),
     ] = False
