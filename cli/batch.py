@@ -113,6 +113,7 @@ def batch(
 
     with report_errors("batch", debug=debug), NewFolders() as folders:
         settings = how.settings(look, overwrite=overwrite)
+        cluster.check()
         work = open_batch(
             inputs or [],
             listed=listed,

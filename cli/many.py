@@ -57,9 +57,8 @@ def print_outcomes(outcomes: "Sequence[tuple[str, Outcome]]", source: str, quiet
 
 
 def _print_warnings(reports: "Sequence[Report]", quiet: bool) -> None:
+    reports = [report for report in reports if report.damaged or not quiet]
     lines = [report.warnings() for report in reports]
-    if quiet and not any(report.damaged for report in reports):
-        return
     common = [line for line in lines[0] if all(line in one for one in lines)] if lines else []
     for line in common:
         log(line)

@@ -147,11 +147,10 @@ class ClusterOptions:
     ) -> "Iterator[Sequence[Worker] | None]":
         """So many workers of the cluster while the block lasts, or here(count), of this machine.
 
-        Raises UsageError, InstallError without Ray, WorkerError without a cluster.
+        Raises InstallError without Ray, WorkerError without a cluster.
         """
         from makeup_video.pipeline import InstallError
 
-        self.check()
         if self.ray is None:
             yield here(count)
             return

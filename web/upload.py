@@ -30,7 +30,7 @@ T = TypeVar("T")
 
 
 class Uploads:
-    """Jobs on what pages upload; it limits how many photos are in memory."""
+    """Jobs on what pages upload; it limits how many uploads are in memory."""
 
     def __init__(self, slow_jobs: SlowJobs) -> None:
         self._slow_jobs = slow_jobs
@@ -50,7 +50,7 @@ class Uploads:
         `read_body`. Raises HTTPException, and what the job raises.
         """
         if self._running >= AT_ONCE:
-            raise HTTPException(503, "other photos are being read: try again in a moment")
+            raise HTTPException(503, "other uploads are being read: try again in a moment")
         self._running += 1
         body = bytearray()
         submitted: Future[T] | None = None
@@ -97,7 +97,9 @@ async def read_body(
     except TimeoutError:
         raise HTTPException(408, "the upload was too slow: try again") from None
     except ClientDisconnect:
-        raise HTTPException(400, "the photo did not arrive completely") from None
+        raise HTTPException(
+            400, f"{what or file_name(request)} did not arrive completely: send it again"
+        ) from None
     if too_large:
         raise HTTPException(
             413,

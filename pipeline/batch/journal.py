@@ -15,7 +15,7 @@ import hashlib
 import json
 import os
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import IO, Any, Self
 
@@ -91,15 +91,20 @@ class Journal:
         """Every file that the batch has begun to write."""
         return [self.path.parent / name for name in self._entries]
 
-    def begin(self, job: Job) -> None:
-        """Note that the outputs of a job are begun, and which files have their names now."""
+    def begin(self, job: Job) -> Job:
+        """Note that the outputs of a job are begun, and which files have their names now.
+
+        Returns the job, which knows these files.
+        """
+        was = tuple(identity(one.output) for one in job.looks)
         self._begun |= {one.output: self._key(job, one) for one in job.looks}
         lines = [
             {"event": "begun", "output": self._name(one.output), "key": self._begun[one.output],
-             "was": identity(one.output)}
-            for one in job.looks
+             "was": before}
+            for one, before in zip(job.looks, was, strict=True)
         ]  # fmt: skip
         self._append(lines)
+        return replace(job, was=was)
 
     def end(self, job: Job, results: Sequence[Done | Failed]) -> list[Done | Failed]:
         """Note what became of the outputs of a job; the files are on the disk before.

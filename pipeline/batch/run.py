@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Protocol
 
 from makeup_video.pipeline.batch.job import Failed, Job, JobProgress, Result
-from makeup_video.pipeline.batch.journal import Journal, identity
+from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.plan import adopt
 from makeup_video.pipeline.batch.task import do_job
 from makeup_video.pipeline.engine.jobs import Worker, run_jobs
@@ -84,9 +84,7 @@ class _Run:
     def begun(self) -> Iterator[Job]:
         """Each job, once the journal holds that it is begun."""
         for job in self._jobs:
-            was = tuple(identity(one.output) for one in job.looks)
-            self._journal.begin(job)
-            self._running.append(noted := replace(job, was=was))
+            self._running.append(noted := self._journal.begin(job))
             yield noted
 
     def end(self, job: Job, outcome: list[Result] | MakeupVideoError) -> None:

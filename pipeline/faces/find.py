@@ -1,7 +1,6 @@
 """Finds the faces of a picture that stands alone; tracker.py follows faces through a video."""
 
 from collections.abc import Iterable, Iterator
-from fractions import Fraction
 
 import numpy as np
 from makeup_video.pipeline.faces.face import Face, FrameFaces
@@ -41,9 +40,9 @@ def find_faces(rgb8: np.ndarray) -> tuple[Face, ...]:
     return find_in(RgbPicture(rgb8), load_nets())[0]
 
 
-def find_faces_in_frame(frame: Frame, pixel_aspect: Fraction | float = 1) -> tuple[FrameFaces, int]:
+def find_faces_in_frame(frame: Frame) -> tuple[FrameFaces, int]:
     """The faces of a frame that stands alone, and how many faces were too small."""
-    faces, tiny_faces = find_in(FramePicture(frame, pixel_aspect), load_nets())
+    faces, tiny_faces = find_in(FramePicture(frame), load_nets())
     return FrameFaces(frame, faces), tiny_faces
 
 

@@ -44,8 +44,9 @@ class PaintedSegments:
         return {number for one in self.numbers for number in one.values()}
 
     def in_video(self, at: int, own: int) -> int:
-        """The video's number of a face, as the segment at this place names it."""
-        return own if self.known[at] is not None else self.numbers[at][own]
+        """The video's number of a face, as the segment at this place names it; negative for a face
+        that the segment saw in its run-up alone, and that the segment before did not see there."""
+        return own if self.known[at] is not None else self.numbers[at].get(own, -1 - own)
 
     def largest_before(self, at: int) -> int | None:
         """The face that was painted last as the largest before the segment at this place."""

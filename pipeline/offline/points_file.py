@@ -9,7 +9,8 @@ from makeup_video.pipeline.files.sidecar import Sidecar
 
 
 class PointsFile(Sidecar):
-    """JSON of the form {"frames": [{pts, seconds, cut, faces: [...]}, ...]}, one frame per line."""
+    """JSON of the form {"unit": "...", "frames": [{pts, seconds, cut, faces: [...]}, ...]}, one
+    frame per line."""
 
     what = "the points file"
     begins = '{"unit": "px of the stored picture; x, y, z", "frames": [\n'

@@ -114,10 +114,10 @@ def why_unpainted(
     if not chosen_frames and faces.isdigit():
         return f"face {faces} was chosen, but {_numbered(sorted(numbers))}"
     painted = {layer.kind for layer in look.painted}
-    hidden = list(dict.fromkeys(k.hidden for k in KINDS.values() if k.name in painted))
-    if not hidden:
+    unseen = list(dict.fromkeys(k.must_see for k in KINDS.values() if k.name in painted))
+    if not unseen:
         return "the look has no opacity, no gloss and no reflection"
-    return f"no {' or '.join(hidden)} could be seen in the faces found; {turn_first}"
+    return f"no {' or '.join(unseen)} could be seen in the faces found; {turn_first}"
 
 
 def _numbered(numbers: list[int]) -> str:

@@ -121,19 +121,14 @@ def estimate(rgb8: np.ndarray, face: Face | None = None) -> Estimate:
 def look_from_photo(
     photo: str | os.PathLike[str] | bytes,
     face: int | str | None = None,
-    *,
-    name: str = "the photo",
-    read: Callable[[bytes, str], np.ndarray] | None = None,
 ) -> Look:
     """The makeup worn in a photo file, or in the bytes of one, as `read_photo` reads it.
 
     face: None or "" for the only face, "largest", or the number of a face, 0 being the largest.
-    name: what messages call a photo that comes as bytes; a file has its own name.
-    read: decodes a photo that comes as bytes in place of `read_photo`, given the bytes and the
-    name. Raises PhotoError and InputError, which name the file, UsageError for another `face`, and
+    Raises PhotoError and InputError, which name the file, UsageError for another `face`, and
     TooLittleMemoryError.
     """
-    return estimate_photo(photo, face, name=name, read=read).look
+    return estimate_photo(photo, face).look
 
 
 def estimate_photo(
@@ -143,7 +138,12 @@ def estimate_photo(
     name: str = "the photo",
     read: Callable[[bytes, str], np.ndarray] | None = None,
 ) -> Estimate:
-    """The same, with the probability of each kind of makeup."""
+    """The same, with the probability of each kind of makeup.
+
+    name: what messages call a photo that comes as bytes; a file has its own name.
+    read: decodes a photo that comes as bytes in place of `read_photo`, given the bytes and the
+    name.
+    """
     chosen = "" if face is None else str(face)
     is_number = chosen.isascii() and chosen.isdigit() and len(chosen) < 10
     if chosen not in ("", "largest") and not is_number:

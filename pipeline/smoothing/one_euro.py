@@ -33,12 +33,12 @@ class OneEuro:
         """
         self._starts, self._counts = starts, counts
         self._value: np.ndarray | None = None
-        self._speed = np.zeros(0, np.float32)
+        self._speed = np.zeros(0)
 
     def __call__(self, x: np.ndarray, step_seconds: float, variance: np.ndarray) -> np.ndarray:
         """How much the newest value counts in each part, (R,) in (0, 1]; 1 at the first call.
 
-        x: (K,) float32. step_seconds: since the last call, more than 0. variance: (R,), of the
+        x: (K,) float64. step_seconds: since the last call, more than 0. variance: (R,), of the
         noise of x.
         """
         if self._value is None:
@@ -46,13 +46,13 @@ class OneEuro:
             return np.ones(len(self._starts))
         off = x - self._value
         share = float(_share(_SPEED_CUTOFF_HZ, step_seconds))
-        self._speed += np.float32(share) * (off / np.float32(step_seconds) - self._speed)
+        self._speed += share * (off / step_seconds - self._speed)
         squares = np.add.reduceat(self._speed * self._speed, self._starts) / self._counts
         noise = variance * (_DIFFERENCE / step_seconds**2 * share / (2 - share))
         units = np.maximum(np.sqrt(squares / noise) - math.sqrt(_TOLERANCE), 0)
         shares = _share(_MIN_CUTOFF_HZ + _RISE_HZ * units, step_seconds)
         widths = np.diff(self._starts, append=len(x))
-        self._value += np.repeat(shares, widths).astype(np.float32) * off
+        self._value += np.repeat(shares, widths) * off
         return shares
 
 

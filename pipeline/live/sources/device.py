@@ -178,7 +178,7 @@ class DeviceCamera:
 
     def _run(self, container: Any) -> None:
         try:
-            while not self._closing.is_set():
+            while container is not None:
                 try:
                     self._read(container)
                 except MakeupVideoError:
@@ -197,12 +197,13 @@ class DeviceCamera:
                 self._news.notify_all()
 
     def _open_again(self) -> Any:
+        """The camera, once it is there again; None after `close`."""
         while not self._closing.wait(_RETRY_SECONDS):
             try:
                 return self._open()
             except InputError:
                 continue
-        return None  # the run ended first
+        return None
 
     def _read(self, container: Any) -> None:
         """Read packets until the camera fails, ends or is closed."""

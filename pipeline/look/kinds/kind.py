@@ -97,7 +97,7 @@ class Kind:
     part: the same where people choose parts of a look, and its option of the command.
     title, product: its tab on the page, and what is worn.
     words, slot_words: other words for the part, and for its slots, that people type.
-    hidden: the part of a face that must be seen.
+    must_see: the part of a face that must be seen.
     category: a pattern for the words by which shops name such products, in lower case; empty where
     a photo of products is no guide.
     first_rgb: the colour that the page begins with, sRGB code values 0..255.
@@ -128,7 +128,7 @@ class Kind:
     product: str
     words: tuple[str, ...] = ()
     slot_words: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    hidden: str
+    must_see: str
     category: str
     first_rgb: tuple[int, int, int]
     finishes: Mapping[str, tuple[float, ...]]

@@ -86,7 +86,8 @@ class FaceSurface:
     away, and on eyes, brows, lips and nostrils.
     likeness: 0..1, how much it looks like this face's skin.
     laid, weights: what was computed of these arrays, for the next frame of a resting face: coats by
-    their charts and opacities; weights by the number of their density, with it, and with their box.
+    their charts and opacities; weights by the `id` of their density, with their box, and with the
+    density, so that its id stays taken.
     """
 
     grid: Grid

@@ -46,7 +46,8 @@ from makeup_video.pipeline.render.surfaces.lips import (
 
 
 def lips_surface(face: Face) -> LipsSurface | None:
-    """The same in numpy, the twin of kernels/surface.cl. None when the mouth is hidden."""
+    """The lips of a face as a surface, in numpy: the twin of kernels/surface.cl. None when the
+    mouth is hidden."""
     place = lip_place(face)
     if place is None:
         return None

@@ -11,9 +11,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from makeup_video.pipeline import FindFaces, find_faces, lip_mask
-from makeup_video.pipeline.faces.find import find_faces_in_frame
+from makeup_video.pipeline.faces.find import find_faces_in_frame, find_in
 from makeup_video.pipeline.faces.lip_mask import lip_mask_part
+from makeup_video.pipeline.faces.nets import load_nets
 from makeup_video.pipeline.faces.topology import EYE_CONTOUR, LIPS
+from makeup_video.pipeline.frames.views import FramePicture
 from people import clip, clip_points, face_of, frame_of, grey, portrait, put
 
 
@@ -141,7 +143,8 @@ def test_every_layout_gives_the_same_points(pix_fmt):
 
 def test_wide_pixels_do_not_bend_the_face():
     squeezed = np.ascontiguousarray(portrait()[:, ::2])
-    (face,) = find_faces_in_frame(frame_of(squeezed, pix_fmt="yuv444p"), Fraction(2))[0].faces
+    picture = FramePicture(frame_of(squeezed, pix_fmt="yuv444p"), Fraction(2))
+    ((face,), _) = find_in(picture, load_nets())
     want = find_faces(portrait())[0].points_px[:, :2]
     off = np.linalg.norm(face.points_px[:, :2] * [2, 1] + [0.5, 0] - want, axis=1)
     assert off.mean() < 0.015 * inter_ocular(want)

@@ -73,7 +73,7 @@ def test_a_hidden_face_is_explained_by_what_is_hidden(tmp_path, monkeypatch):
         (BLUE, "mouth"),
         (Look(eyes=shadow), "eyes"),
         (Look(lips=BLUE.lips, eyes=shadow), "mouth or eyes"),
-        (Look([Layer("blush", shadow)]), KINDS["blush"].hidden),
+        (Look([Layer("blush", shadow)]), KINDS["blush"].must_see),
     ):
         reason = f"no {parts} could be seen in the faces found; {TURN.format('picture')}"
         assert only_line(src, look, overwrite=True) == f"nothing was painted: {reason}"
