@@ -1,6 +1,5 @@
 """What a second and each further look of one video costs, beside runs of their own."""
 
-import json
 import subprocess
 import sys
 from collections.abc import Callable
@@ -15,10 +14,11 @@ from makeup_video.benchmark.runs import (
     SETTINGS,
     Run,
     check_painted,
+    run_command,
     run_product,
     time_run,
 )
-from makeup_video.benchmark.videos import CRF, PRESET, Video, frame_of, pictures
+from makeup_video.benchmark.videos import Video, frame_of, pictures
 from makeup_video.pipeline import MakeupVideoError, process_looks
 from makeup_video.pipeline.engine.machine import one_opencv_thread
 from makeup_video.pipeline.engine.runner import Runner
@@ -128,13 +128,8 @@ def _memory(bench: Bench, video: Path, targets: list[Path]) -> dict[str, float]:
 
 def _command(bench: Bench, video: Path, count: int) -> float:
     """The peak memory of the command with so many looks, in MB."""
-    report = bench.folder / "looks.json"
-    words = [sys.executable, "-m", "makeup_video.cli", str(video), "-q", "-y"]
-    words += [*bench.look_words * count, "--report", str(report)]
-    words += ["-o", str(bench.folder / "of-{look}.mp4")]
-    words += ["--codec", "h264", "--preset", PRESET, "--crf", str(CRF)]
-    subprocess.run(words, check=True, stdin=subprocess.DEVNULL, stderr=bench.child_stderr)
-    values = json.loads(report.read_text(encoding="utf-8"))
+    target = bench.folder / "of-{look}.mp4"
+    values = run_command(video, target, bench.look_words * count, stderr=bench.child_stderr)
     first = values["outputs"][0] if count > 1 else values
     return float(first["peak_memory_bytes"]) / 1e6
 

@@ -137,6 +137,7 @@ def run_command(
     does not say.  memory: [[seconds, MB], ...] every sample_seconds; empty without them.
     wall_seconds, all_cpu_seconds: of the whole process and its children, start and end included.
 
+    target: with {look} in its name for several looks; the values of each are then in "outputs".
     look_words: what is painted, such as ("--ref", "look.jpg").  words: further options.
     environment: variables to add.  stderr: as for subprocess.Popen.  python: the interpreter whose
     version of the product runs.

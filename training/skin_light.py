@@ -10,16 +10,12 @@ a swatch. Every lightness has the same weight, else dark skin would hardly count
 
 import argparse
 import csv
-from fractions import Fraction
 from pathlib import Path
 
-import av
 import cv2
 import numpy as np
-from av.video.reformatter import ColorRange, Colorspace
 from makeup_video.kernels.colour import SRGB, to_linear, to_xyz
-from makeup_video.pipeline.frames.colour_tags import ColourTags
-from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.rgb import to_frame
 from makeup_video.pipeline.render.skin_light import skin_of
 from makeup_video.training.inputs import existing
 
@@ -71,11 +67,7 @@ def faces(folder: Path) -> np.ndarray:
     chosen = np.random.default_rng(0).permutation(sure)[:FACES]
     found = []
     for name, points in zip(labels["name"][chosen], labels["points"][chosen], strict=True):
-        rgb8 = cv2.imread(str(folder / name))[..., ::-1]
-        picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(rgb8), format="rgb24").reformat(
-            format="yuv444p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.JPEG
-        )
-        frame = Frame(picture, 0, Fraction(1, 30), ColourTags(1, 2, 13, 1))
+        frame = to_frame(cv2.imread(str(folder / name)))
         found.append(skin_of(frame, points.astype(np.float32)))
     return np.array([skin for skin in found if skin is not None])
 

@@ -186,6 +186,18 @@ def test_wrong_detections_are_told_from_the_face_itself():
     assert score._is_elsewhere(guess(200, 150, 20), middle, unit)  # its nose
 
 
+@pytest.mark.parametrize("height_px", [700, 811, 950])  # a side of the input is no multiple of 32
+def test_mistakes_lie_at_the_same_place_at_any_height(height_px):
+    score = pytest.importorskip(
+        "makeup_video.training.faces.train_face_score", reason="needs PyTorch"
+    )
+    square, centre = portrait()[:1024], [*score.FACE_CENTRE, 1]
+    face, *_ = score._detections(load_nets(), square, 256)
+    found = score._detections(load_nets(), square[:height_px], 256)
+    off = np.min([np.hypot(*(pose @ centre - face @ centre)) for pose in found])
+    assert off < 0.02 * np.hypot(*face[:, 0])  # what lies below a face changes its place a little
+
+
 def test_a_quantised_convolution_stays_close_on_256_values():
     model = pytest.importorskip("makeup_video.training.faces.model", reason="needs PyTorch")
     from makeup_video.training.faces.fake_quantise import rounded, roundings

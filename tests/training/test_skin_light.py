@@ -1,8 +1,11 @@
 """The fit of the distribution of skin colours."""
 
+import cv2
 import numpy as np
 from makeup_video.kernels.colour import to_xyz
+from makeup_video.pipeline import find_faces
 from makeup_video.training import skin_light
+from people import SAMPLES
 
 RNG = np.random.default_rng(0)
 
@@ -40,3 +43,20 @@ def test_a_list_of_shades_is_read_as_linear_light(tmp_path):
     path = tmp_path / "shades.csv"
     path.write_text("brand,hex\nours,#ffffff\nours,808080\n")
     assert np.allclose(np.exp(skin_light.shades(path)), [[1] * 3, [0.2159] * 3], atol=1e-4)
+
+
+def test_skin_is_read_where_the_points_are_sure(tmp_path):
+    bgr8 = cv2.imread(str(SAMPLES / "portrait.jpg"))
+    (face,) = find_faces(np.ascontiguousarray(bgr8[..., ::-1]))
+    for name, seen in (("a.png", bgr8), ("b.png", bgr8 // 2), ("c.png", bgr8)):
+        cv2.imwrite(str(tmp_path / name), seen)
+    np.savez(
+        tmp_path / "labels.npz",
+        name=["a.png", "b.png", "c.png"],
+        points=np.stack([face.points_px] * 3),
+        spread=[0.5, 0.5, 2.0],
+    )
+    bright, dark = sorted(skin_light.faces(tmp_path), key=lambda skin: -skin.sum())
+    assert bright[0] > bright[1] > bright[2]  # skin is red rather than blue
+    # half the code is about a fifth of the light
+    assert np.allclose(bright - dark, np.log(4.8), atol=0.25)

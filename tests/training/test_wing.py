@@ -1,5 +1,7 @@
 """Training of the net that reads wings: drawn truth, varied corners, and the shipped net."""
 
+from argparse import Namespace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -42,6 +44,29 @@ def test_drawn_looks_wear_the_kinds_that_were_asked_for():
     rng = np.random.default_rng(1)
     kinds = {layer.kind for _ in range(40) for layer in draw_look(rng, {}, SHARES).layers}
     assert kinds == set(SHARES)
+
+
+def test_a_resumed_run_draws_other_examples(tmp_path, monkeypatch):
+    pytest.importorskip("torch")
+    pytest.importorskip("onnx")
+    from makeup_video.training.worn import train_wing
+
+    drawn = []
+
+    def noted(rgb8, rng):
+        drawn.append((int(rgb8[0, 0, 0]), rng.random(), float(train_wing.torch.rand(()))))
+        return rgb8
+
+    monkeypatch.setattr(train_wing, "varied", noted)
+    numbered = [np.full((*CORNER_WH[::-1], 3), number, np.uint8) for number in range(100)]
+    targets = np.float32([target_of(liner(wing=0.4)), target_of(Look())] * 50)
+    np.savez(tmp_path / "data.npz", inputs=np.stack(numbered), targets=targets)
+    for steps in (1, 2):
+        files = {"data": tmp_path / "data.npz", "out": tmp_path / "net.onnx"}
+        train_wing.train(Namespace(**files, steps=steps, threads=2))
+    assert len(drawn) == 2 * train_wing.BATCH
+    first, second = (zip(*half, strict=True) for half in np.split(np.array(drawn), 2))
+    assert all(one != other for one, other in zip(first, second, strict=True))
 
 
 def test_the_shipped_net_is_one_that_this_training_exports(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline.faces.net import Net
-from makeup_video.pipeline.reference.makeup_input import makeup_input
+from makeup_video.pipeline.reference.makeup_input import INPUT_WH, makeup_input
 from makeup_video.pipeline.reference.makeup_numbers import COUNT
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.training.worn.prepare import LABELS, rows_without_labels
@@ -60,23 +60,46 @@ def test_targets_lie_between_label_and_teacher(labels, told):
     assert np.allclose(both[~known], share, atol=1e-6)
 
 
+def options_for(folder, inputs, **chosen):
+    """Options of a training in two steps, whose data are in the folder."""
+    count = len(inputs)
+    np.savez(
+        folder / "data.npz",
+        inputs=inputs,
+        labels=np.tile(np.uint8([[0, 1, UNKNOWN, 0]]), (count, 1)),
+        vectors=np.zeros((count, COUNT), np.float32),
+        weights=np.ones((count, COUNT), np.float32),
+        sources=np.zeros(count, np.uint8),
+        real=np.arange(count) % 2 == 0,
+    )
+    usual = Namespace(
+        data=[folder / "data.npz"], out=folder / "net.onnx", size="small", steps=2, batch=8,
+        report=1, folds=2, fold=1, teachers=[], older=None, seed=0, device="cpu", threads=2,
+    )  # fmt: skip
+    return Namespace(**{**vars(usual), **chosen})
+
+
+def test_a_resumed_run_draws_other_examples(tmp_path, monkeypatch):
+    pytest.importorskip("onnx")
+    drawn, rolled = [], []
+
+    def noted(rgb8):
+        drawn.append(rgb8[:, 0, 0, 0].tolist())
+        rolled.append(float(train.torch.rand(())))
+        return rgb8
+
+    monkeypatch.setattr(train, "varied", noted)
+    numbered = [np.full((*INPUT_WH[::-1], 3), number, np.uint8) for number in range(40)]
+    for steps in (1, 2):
+        train.train(options_for(tmp_path, np.stack(numbered), steps=steps))
+    assert len(drawn) == 2 and drawn[0] != drawn[1] and rolled[0] != rolled[1]
+
+
 def test_the_shipped_net_is_one_that_this_training_exports(tmp_path):
     pytest.importorskip("onnx")
     seen = makeup_input(portrait(), face(), photo_light(portrait(), face()))
     count = 40
-    data = {
-        "inputs": np.stack([seen] * count),
-        "labels": np.tile(np.uint8([[0, 1, UNKNOWN, 0]]), (count, 1)),
-        "vectors": np.zeros((count, COUNT), np.float32),
-        "weights": np.ones((count, COUNT), np.float32),
-        "sources": np.zeros(count, np.uint8),
-        "real": np.arange(count) % 2 == 0,
-    }
-    np.savez(tmp_path / "data.npz", **data)
-    options = Namespace(
-        data=[tmp_path / "data.npz"], out=tmp_path / "net.onnx", size="small", steps=2, batch=8,
-        report=1, folds=2, fold=1, teachers=[], older=None, seed=0, device="cpu", threads=2,
-    )  # fmt: skip
+    options = options_for(tmp_path, np.stack([seen] * count))
     train.train(options)
     odds = np.load(tmp_path / "net.npy")
     assert odds.shape == (count, 4) and np.isfinite(odds).all()

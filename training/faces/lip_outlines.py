@@ -15,7 +15,8 @@ import numpy as np
 from makeup_video.pipeline.faces.topology import LIPS
 from makeup_video.training.faces.contour import fill
 
-CONTOURS = Path(__file__).with_name("lip_contours.json")
+_CONTOURS = Path(__file__).with_name("lip_contours.json")
+_STEPS = 12  # points of a curve from each corner to the next
 FINER = 4  # outlines are drawn this many times larger, then averaged
 
 
@@ -38,10 +39,10 @@ class Mouth:
         return np.dstack([np.minimum(self.lips + self.interior, 1), self.interior, self.teeth])
 
 
-def spline(corners: list[list[float]], steps: int = 12) -> np.ndarray:
+def spline(corners: list[list[float]]) -> np.ndarray:
     """A closed Catmull-Rom curve through points (K, 2); a repeated point makes a sharp corner."""
     points = np.asarray(corners, float)
-    t = np.linspace(0, 1, steps, endpoint=False)[:, None]
+    t = np.linspace(0, 1, _STEPS, endpoint=False)[:, None]
     parts = []
     for i, b in enumerate(points):
         a, c, d = points[i - 1], points[(i + 1) % len(points)], points[(i + 2) % len(points)]
@@ -61,10 +62,10 @@ def filled(curves: list, size_wh: tuple[int, int], span: float) -> np.ndarray:
     return cv2.resize(picture, size_wh, interpolation=cv2.INTER_AREA).astype(np.float32) / 255
 
 
-def read_mouths(size_wh: tuple[int, int], span: float, path: Path = CONTOURS) -> list[Mouth]:
+def read_mouths(size_wh: tuple[int, int], span: float) -> list[Mouth]:
     """The outlined mouths on a grid of size_wh px, `span` IOD wide."""
     mouths = []
-    for entry in json.loads(path.read_text()):
+    for entry in json.loads(_CONTOURS.read_text()):
         outer, inner, covered = (
             filled(entry[key], size_wh, span) for key in ("outer", "inner", "covered")
         )

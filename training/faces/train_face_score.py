@@ -15,14 +15,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
+from makeup_video.pipeline.faces.nets import FaceNets
+from makeup_video.pipeline.frames.views import RgbPicture
 from makeup_video.training.faces.augment import photograph
 from makeup_video.training.faces.crops import SPECS, Cropper, Faces
 from makeup_video.training.faces.detector_pictures import FACE_CENTRE, backdrops
 from makeup_video.training.faces.export import load
-from makeup_video.training.faces.infer import Net, crop_to_px, from_onnx, place, take
+from makeup_video.training.faces.infer import crop_to_px, place, take
 from makeup_video.training.faces.model import PointNet, normalise
 from makeup_video.training.faces.prepare import poses_of
-from makeup_video.training.faces.train_detector import decode
 from makeup_video.training.inputs import made_by
 from torch import Tensor, nn
 
@@ -35,8 +36,8 @@ BATCH = 256
 class NoFaces:
     """Draws crops (96, 96, 3) without a face, with a tilted face or with a part of a face."""
 
-    def __init__(self, faces: Faces, mesh: Net, detector: Net, seed: int) -> None:
-        self.faces, self.mesh, self.detector = faces, mesh, detector
+    def __init__(self, faces: Faces, nets: FaceNets, seed: int) -> None:
+        self.faces, self.nets = faces, nets
         self.rng = np.random.default_rng(seed)
         self.cropper = Cropper(faces, SPEC, seed)
         self.backdrops = backdrops()
@@ -82,7 +83,7 @@ class NoFaces:
 
     def _mistakes(self, picture: np.ndarray, pose: np.ndarray | None) -> Iterator[np.ndarray]:
         """Crops of false detections, and where the mesh net goes on from these."""
-        detections = self._detections(picture)
+        detections = _detections(self.nets, picture, int(self.rng.choice(SIDES)))
         if pose is not None:
             middle, unit = pose @ [*FACE_CENTRE, 1], np.linalg.norm(pose[:, 0])
             detections = [g for g in detections if _is_elsewhere(g, middle, unit)]
@@ -90,18 +91,17 @@ class NoFaces:
             for _ in range(3):
                 crop = take(picture, crop_to_px(detection, np.array(SPEC.centre)), SPEC)
                 yield photograph(crop, self.rng)
-                points = self.mesh(crop[None])[0][0]
+                points = self.nets.mesh(crop[None])["points"][0]
                 placed = place(points, crop_to_px(detection, np.array(SPEC.centre)))
                 detection = poses_of(placed[None, :, :2], self.faces.mean[:, :2])[0]
                 if not 4 < np.linalg.norm(detection[:, 0]) < 2 * max(picture.shape):
                     break
 
-    def _detections(self, picture: np.ndarray) -> list[np.ndarray]:
-        side = int(self.rng.choice(SIDES))
-        scale = max(picture.shape[:2]) / side
-        h, w = (max(32, round(size / scale / 32) * 32) for size in picture.shape[:2])
-        small = cv2.resize(picture, (w, h), interpolation=cv2.INTER_AREA)
-        return decode(self.detector(small[None])[0][0], scale, DOUBTFUL)
+
+def _detections(nets: FaceNets, picture: np.ndarray, side_px: int) -> list[np.ndarray]:
+    """Poses (2, 3) in px of the picture, surest first.  side_px: as of FaceNets.detect."""
+    found = nets.detect(RgbPicture(picture), side_px, DOUBTFUL)
+    return [pose.array() for _, pose in found]
 
 
 def _is_elsewhere(detection: np.ndarray, middle: np.ndarray, unit: float) -> bool:
@@ -120,10 +120,10 @@ def features(net: PointNet, crops: np.ndarray) -> Tensor:
     return x.flatten(1)
 
 
-def gather(faces: Faces, mesh: PointNet, nets: list[Net], count: int, seed: int) -> list[Tensor]:
+def gather(faces: Faces, mesh: PointNet, nets: FaceNets, count: int, seed: int) -> list[Tensor]:
     """Features of `count` crops of faces and of as many without: two (count, F)."""
     cropper = Cropper(faces, SPEC, seed)
-    without = NoFaces(faces, *nets, seed).stream()
+    without = NoFaces(faces, nets, seed).stream()
     found: list[list[Tensor]] = [[], []]
     for _ in range(-(-count // BATCH)):
         batch = cropper.batch(BATCH)
@@ -144,7 +144,7 @@ def main() -> None:
     parser.add_argument("--data", type=made_by("faces.prepare"), default="runs/faces.npz")
     parser.add_argument("--checkpoints", type=Path, default=Path("runs"))
     parser.add_argument(
-        "--weights", type=Path, default=Path("runs/weights"), help="folder of exported nets"
+        "--weights", type=Path, default=Path("runs/weights"), help="folder of all exported nets"
     )
     parser.add_argument("--samples", type=float, default=3e4)
     options = parser.parse_args()
@@ -154,7 +154,7 @@ def main() -> None:
     path = options.checkpoints / "mesh.pt"
     _, mesh = load(path)
     assert isinstance(mesh, PointNet)
-    nets = [from_onnx(options.weights / f"{name}.onnx") for name in ("mesh", "detector")]
+    nets = FaceNets(options.weights)
     held_out = gather(Faces(options.data, True), mesh, nets, 3000, seed=1)
     report("before", mesh.score, held_out)
     sets = gather(Faces(options.data, False), mesh, nets, int(options.samples), seed=0)

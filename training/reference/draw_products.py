@@ -33,7 +33,9 @@ _EDGE = 0.5 / 256  # closer to an end counts as this close
 # How much products of one finish differ, one sigma, in that space; for colours, the error of
 # swatches.
 _SPREAD = np.array([0.5, 0.15, 0.15, 0.15, 0.2, 0.5, 0.12])
-UNIFORM, BARE = 0.4, 0.08  # shares of the mixture; the rest is like real products
+# Shares of any numbers and of none in the mixture; the rest is like real products.
+UNIFORM, BARE = 0.4, 0.08
+_EXTREME = 0.2  # share of any numbers among products never trained on
 _SETTING_SPREAD = 0.1  # of the other settings around those of a finish
 _OTHER_FINISH = 0.15  # share of draws with the settings of any finish
 SPLITS = ("train", "validation", "test")
@@ -87,16 +89,12 @@ def from_normal(normal: np.ndarray) -> np.ndarray:
 class Mixture:
     """Draws products like real ones, products of any numbers, and a few that are not worn."""
 
-    def __init__(self, values: np.ndarray, uniform: float = UNIFORM, bare: float = BARE) -> None:
-        """values: (N, 7) to fit the normal distribution to.
-
-        uniform, bare: shares of any numbers, and of none.
-        """
+    def __init__(self, values: np.ndarray) -> None:
+        """values: (N, 7) to fit the normal distribution to."""
         normal = to_normal(values)
         self.mean = normal.mean(0)
         covariance = np.cov(normal.T) + np.diag(_SPREAD**2)
         self._root = np.linalg.cholesky(covariance)
-        self.uniform, self.bare = uniform, bare
 
     def real(self, n: int, rng: np.random.Generator) -> np.ndarray:
         """(n, 7) numbers."""
@@ -109,23 +107,23 @@ class Mixture:
     def draw(self, n: int, rng: np.random.Generator) -> np.ndarray:
         """(n, 7) numbers of the mixture."""
         kind = rng.random((n, 1))
-        values = np.where(kind < self.uniform, self.any(n, rng), self.real(n, rng))
+        values = np.where(kind < UNIFORM, self.any(n, rng), self.real(n, rng))
         unworn = np.isin(NUMBERS, ("opacity", "gloss", "reflection"))
-        return np.where((kind > 1 - self.bare) & unworn, 0, values)
+        return np.where((kind > 1 - BARE) & unworn, 0, values)
 
 
 class RealProducts:
     """Draws products of a shade table, each slightly off its finish, for looks never trained on."""
 
-    def __init__(self, values: np.ndarray, uniform: float = 0.2) -> None:
-        self._normal, self.uniform = to_normal(values), uniform
+    def __init__(self, values: np.ndarray) -> None:
+        self._normal = to_normal(values)
 
     def draw(self, n: int, rng: np.random.Generator) -> np.ndarray:
         """(n, 7) numbers."""
         chosen = self._normal[rng.integers(len(self._normal), size=n)]
         real = from_normal(chosen + rng.normal(size=chosen.shape) * _SPREAD)
         extreme = rng.random((n, len(NUMBERS))) * MOST
-        return np.where(rng.random((n, 1)) < self.uniform, extreme, real)
+        return np.where(rng.random((n, 1)) < _EXTREME, extreme, real)
 
 
 def finish_of(values: np.ndarray, region: str) -> str:

@@ -173,7 +173,6 @@ def scores_of(net: nn.Module, inputs: Tensor) -> np.ndarray:
 def train(options: argparse.Namespace) -> None:
     torch.manual_seed(options.seed)
     torch.set_num_threads(options.threads)
-    rng = np.random.default_rng(options.seed)
     data = _read(options.data)
     labels, real = data["labels"], data["real"]
     odds = [np.load(path) for path in options.teachers]
@@ -192,6 +191,9 @@ def train(options: argparse.Namespace) -> None:
     optimiser = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
     state = Checkpoint(options.out.with_suffix(".pt"), net, optimiser, AVERAGE)
     state.resume()  # a finished one is exported again
+    # a resumed run must not draw the examples of its beginning again
+    rng = np.random.default_rng((options.seed, state.step))
+    torch.manual_seed(options.seed + state.step)
     inputs, *truth = (
         torch.from_numpy(each).to(options.device)
         for each in (data["inputs"], *targets_of(labels, taught), data["vectors"], data["weights"])

@@ -76,7 +76,6 @@ def loss_of(found: Tensor, targets: Tensor) -> Tensor:
 def train(options: argparse.Namespace) -> None:
     torch.manual_seed(0)
     torch.set_num_threads(options.threads)
-    rng = np.random.default_rng(0)
     with np.load(options.data) as data:
         inputs, targets = data["inputs"], data["targets"]
     shown = int(len(inputs) * (1 - HELD_OUT))
@@ -84,6 +83,9 @@ def train(options: argparse.Namespace) -> None:
     optimiser = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
     state = Checkpoint(options.out.with_suffix(".pt"), net, optimiser, AVERAGE)
     state.resume()  # a finished one is exported again
+    # a resumed run must not draw the examples of its beginning again
+    rng = np.random.default_rng(state.step)
+    torch.manual_seed(state.step)
     began = time.monotonic()
     for step in range(state.step, options.steps):
         at = rng.integers(0, shown, BATCH)
