@@ -226,7 +226,8 @@ def _lipstick(photo: _Photo) -> list[Layer]:
     if lips is None:
         return []
     seen = photo.colours
-    return [fit_lips(seen.neutral, seen.lips, lips, seen.flat_lips)]
+    probability = photo.makeup.worn["lipstick"]
+    return [fit_lips(seen.neutral, seen.lips, lips, seen.flat_lips, probability)]
 
 
 def _eyeshadow(photo: _Photo) -> list[Layer]:

@@ -43,6 +43,13 @@ _HARDLY_FADES = 0.11  # how much even lipsticks seem to fade at most
 # The gradient for what a lipstick fades beyond that: so painted lips fade as in the photo.
 _STEEPER = 2.8
 _MOST_GRADIENT = 0.9
+# Deep lipstick hardly ever fades, and an even one often seems to: up to the first L* it gets half
+# of the gradient, from the second one on all of it.
+_DEEP, _DEEP_SHARE = (49.0, 54.0), 0.5
+# The least gradient of light lipstick that may not be worn: a border where bare lips have none
+# looks drawn on. All of it from the second L* on, and up to the first probability.
+_SOFT = 0.3
+_LIGHT, _UNSURE = (52.0, 57.0), (0.75, 0.9)
 _THINNER = 0.37  # how much less the median of painted lips shows, for the square of the gradient
 # How light and red the border of an even lipstick is beside its middle, in CIELAB: the median of
 # 141 photos.
@@ -73,24 +80,30 @@ def shown_by_lips(neutral: NeutralFace, pixels: np.ndarray) -> np.ndarray:
 
 
 def fit_lips(
-    neutral: NeutralFace, pixels: np.ndarray | None, lips: GraphicsParams, flat: FlatLips
+    neutral: NeutralFace,
+    pixels: np.ndarray | None,
+    lips: GraphicsParams,
+    flat: FlatLips,
+    probability: float = 1.0,
 ) -> Layer:
     """The lipstick with the colour and the opacity that fit, and the finish nearest to both.
 
     pixels: as of lip_pixels.  lips: as the net reads it; kept where hardly any lips are seen.
-    flat: the lips laid flat.
+    flat: the lips laid flat.  probability: that lipstick is worn; the less likely, the softer the
+    border of a light one.
     """
     gradient = min(_STEEPER * max(flat.fade() - _HARDLY_FADES, 0.0), _MOST_GRADIENT)
-    shape: dict[str, Any] = {"gradient": round(gradient, 3)}
     if pixels is None:
-        return Layer("lipstick", lips, shape)
+        return Layer("lipstick", lips, {"gradient": round(gradient, 3)})
     seen = shown_by_lips(neutral, pixels)
     contrast = float(np.linalg.norm(seen - FILM.bare))
     opacity = min(max(contrast / _CONTRAST, _LEAST_OPACITY), _MOST_OPACITY)
     gloss, reflection = _gloss(pixels), min(lips.reflection, _MOST_REFLECTION)
     roughness = min(lips.gloss_roughness, _ROUGHEST)
     skin = TypicalSkin.of(neutral, _OWN_HUE)
-    matte = _no_chalk(skin, skin.roots(seen)) - _SHINE * min(gloss, 1) * opacity
+    lips_roots = _no_chalk(skin, skin.roots(seen))
+    gradient = _likely_gradient(gradient, float(skin.lab(lips_roots)[0]), probability)
+    matte = lips_roots - _SHINE * min(gloss, 1) * opacity
     dense = 1 - _THINNER * gradient * gradient
     roots = np.clip(FILM.product_for(matte, opacity * dense), 0, skin.most())
     finish = nearest_finish(opacity, gloss, roughness, reflection, shimmers=False)
@@ -101,7 +114,24 @@ def fit_lips(
         gloss_roughness=roughness,
         reflection=reflection,
     )
+    shape: dict[str, Any] = {"gradient": round(gradient, 3)}
     return Layer("lipstick", worn, shape | _rim(skin, worn, roots, flat.bands()))
+
+
+def _likely_gradient(seen: float, lightness: float, probability: float) -> float:
+    """The gradient of a lipstick of this L* on typical skin, worn with this probability.
+
+    seen: by how the lips fade.
+    """
+    deep, light = 1 - _ramp(lightness, _DEEP), _ramp(lightness, _LIGHT)
+    soft = _SOFT * light * (1 - _ramp(probability, _UNSURE))
+    return max(seen * (1 - (1 - _DEEP_SHARE) * deep), soft)
+
+
+def _ramp(value: float, ends: tuple[float, float]) -> float:
+    """0 up to the first end, 1 from the second one on."""
+    first, last = ends
+    return min(max((value - first) / (last - first), 0.0), 1.0)
 
 
 def _gloss(pixels: np.ndarray) -> float:

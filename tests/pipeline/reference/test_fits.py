@@ -40,8 +40,8 @@ def wearing(*layers):
     return neutral_face(rgb8, face(), photo_light(rgb8, face()))
 
 
-def lips_of(neutral, lips):
-    return fit_lips(neutral, lip_pixels(neutral), lips, flat_lips(neutral))
+def lips_of(neutral, lips, probability=1.0):
+    return fit_lips(neutral, lip_pixels(neutral), lips, flat_lips(neutral), probability)
 
 
 def shadows_of(neutral):
@@ -104,6 +104,16 @@ def test_a_gradient_is_found_again_with_its_colour():
     even = lips_of(wearing(Layer("lipstick", worn)), LIPS)
     assert read.shape["gradient"] > even.shape["gradient"] + 0.2
     assert off((190, 20, 50), read.product) < 8
+
+
+@pytest.mark.parametrize(
+    ("rgb", "softer"), [((235, 150, 140), True), ((190, 20, 50), False), ((70, 20, 40), False)]
+)
+def test_only_a_light_lipstick_that_is_unsure_ends_softly(rgb, softer):
+    worn = replace(product(rgb, "matte", "lips"), opacity=0.95)
+    seen = wearing(Layer("lipstick", worn))
+    sure, likely, unsure = (lips_of(seen, LIPS, p).shape["gradient"] for p in (1.0, 0.8, 0.4))
+    assert sure < likely < unsure if softer else sure == likely == unsure
 
 
 @pytest.mark.parametrize("rgb", COLOURS)
