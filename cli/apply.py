@@ -142,8 +142,10 @@ def _look_for(run: _Run, look: WantedLook) -> "Look":
     from makeup_video.pipeline.look.words import is_none
 
     painted, name = look.load(run.quiet), look.fields["look"]
-    if painted.is_bare and not is_none(name) and not run.quiet:
-        log(f"the look {name or 'given'} has no makeup: nothing is painted on {run.source}")
+    is_meant = is_none(name) and name not in [Path(file).stem for file in run.inputs]
+    if painted.is_bare and not is_meant and not run.quiet:
+        why = "is at a strength of 0" if painted.layers else "has no makeup"
+        log(f"the look {name or 'given'} {why}: nothing is painted on {run.source}")
     return painted
 
 

@@ -105,13 +105,15 @@ class Runner:
         self._is_given_up = False
         self._is_whole = False
         self._is_finishing = False
+        self._are_all_in = self._are_all_told = False  # the items that reached the sink
         self._ticking = threading.Lock()
         self._first_error: BaseException | None = None
         self._ended = threading.Condition()
         self._running = 0
 
     def run(self, on_tick: Callable[[int], None] | None = None, tick_seconds: float = 0.2) -> None:
-        """Block until all is done; `on_tick(items that reached the sink)` is called meanwhile.
+        """Block until all is done; `on_tick(items that reached the sink)` is called meanwhile, for
+        the last time when all have reached it.
 
         Raises the first error of any actor, or StoppedError after Ctrl-C, once the sink has
         finished. A Ctrl-C while the sink is finishing a whole video has no effect. Another error of
@@ -122,11 +124,15 @@ class Runner:
             with interrupted_later():
                 threads = self._start()
             while not self._wait(tick_seconds):
+                are_all_in = self._are_all_in
                 if on_tick:
                     self._tick(on_tick)
+                if are_all_in:
+                    self._let_finish()
         except BaseException as error:
             self._stop(error)
             with undisturbed():
+                self._let_finish()
                 self._wait(None)
             if not isinstance(error, KeyboardInterrupt):
                 raise
@@ -162,13 +168,22 @@ class Runner:
         self._cancel()
 
     def _wait(self, seconds: float | None) -> bool:
-        """Wait; True once every actor has ended.
+        """Wait, also for the last item to reach the sink; True once every actor has ended.
 
         Thread.join cannot be used: after a Ctrl-C inside it, Python 3.11 takes a running thread for
         a finished one.
         """
         with self._ended:
-            return self._ended.wait_for(lambda: self._running == 0, seconds)
+            self._ended.wait_for(
+                lambda: not self._running or (self._are_all_in and not self._are_all_told), seconds
+            )
+            return self._running == 0
+
+    def _let_finish(self) -> None:
+        """Let the sink finish, which waits until all items are told."""
+        with self._ended:
+            self._are_all_told = True
+            self._ended.notify_all()
 
     def _start(self) -> list[threading.Thread]:
         jobs: list[tuple[str, Callable[[], None]]] = [(self.source[0], self._run_source)]
@@ -266,6 +281,10 @@ class Runner:
                 sink(item)
             stopwatch.times.items += 1
             del item
+        with self._ended:
+            self._are_all_in = True
+            self._ended.notify_all()
+            self._ended.wait_for(lambda: self._are_all_told)
         with self._ticking:
             self._is_finishing, stopped = True, self.stopped
         if self._first_error is None and not self._is_given_up:

@@ -172,7 +172,7 @@ def _refuse(picture: Image.Image, moves: bool, file: _Photo, most_px: int) -> No
     if picture.width * picture.height > most_px:
         raise PhotoError(_too_large(file, f"{picture.width} x {picture.height} px, ", most_px))
     if moves:
-        raise PhotoError(f"{file} holds several pictures: save the one that shows the makeup")
+        raise PhotoError(f"{file} holds several pictures: save the one that you mean as a photo")
     if "progressive" in picture.info and _passes(file) * picture.width * picture.height > (
         _MOST_PASSES_PX
     ):
@@ -268,7 +268,7 @@ def _unknown(file: _Photo) -> str:
     head = file.begins(12)
     brand = head[8:] if head[4:8] == b"ftyp" else b""
     if brand in _SEQUENCES:
-        return f"{file} holds several pictures: save the one that shows the makeup"
+        return f"{file} holds several pictures: save the one that you mean as a photo"
     if brand in _AVIF and not features.check("avif"):
         return f"{file} is an AVIF photo, which cannot be read here: save it as JPEG or PNG"
     if head.startswith(TIFF_MARKS):
@@ -284,12 +284,12 @@ def _unknown(file: _Photo) -> str:
         return _damaged(file)
     if not _is_video(file, head):
         return f"{file} is no photo that can be read: give a {_KINDS} file"
-    problem = f"{file} is a video, and the makeup is read from a photo: "
+    problem = f"{file} is a video, and a photo is needed: "
     if file.path is None:  # from a visitor of the page, who may have no command line
         return f"{problem}pause the video, and give a screenshot"
     return (
         f"{problem}save one of its frames as a picture "
-        f"(ffmpeg -ss SECONDS -i {file.short_name} -frames:v 1 look.png)"
+        f"(ffmpeg -ss SECONDS -i {file.short_name} -frames:v 1 photo.png)"
     )
 
 

@@ -25,6 +25,7 @@ _COVERS = (
     (0.85, "opaque"), (0.6, "medium coverage"), (0.35, "light coverage"),
     (0.0, "very light coverage"),
 )  # fmt: skip
+_SHEER_TO = 0.6  # opacity from which on no product is called sheer
 
 
 # Parts that a look in words names when they are bare, too.
@@ -57,10 +58,30 @@ def nearest_finish(
 
 def in_words(params: GraphicsParams, part: str = "lips") -> str:
     """How a product looks, colour aside: "glossy, light coverage"."""
-    numbers = params.opacity, params.gloss, params.gloss_roughness, params.reflection
-    finish = nearest_finish(*numbers, part, shimmers=params.shimmer > 0)
     covers = next(word for least, word in _COVERS if params.opacity >= least)
-    return f"{_SHINES[finish]}, {covers}"
+    return f"{_SHINES[_finish_seen(params, part)]}, {covers}"
+
+
+def _finish_seen(params: GraphicsParams, part: str) -> str:
+    """The finish that a product looks like. Gloss that mirrors nothing is gloss as well, and what
+    covers more than lightly is not sheer."""
+
+    def distance(name: str) -> float:
+        row = FINISHES[name][part]
+        return math.dist(
+            (params.opacity, math.sqrt(params.gloss), params.gloss_roughness),
+            (row["opacity"], math.sqrt(row["gloss"]), row["gloss_roughness"]),
+        )
+
+    return min(
+        (
+            name
+            for name, parts in FINISHES.items()
+            if (params.shimmer > 0 or not parts[part]["shimmer"])
+            and (name != "sheer" or params.opacity < _SHEER_TO)
+        ),
+        key=distance,
+    )
 
 
 def look_in_words(look: Look) -> str:

@@ -295,10 +295,19 @@ def test_a_mistake_in_the_look_is_said_before_an_old_file(folder, words, message
     assert (folder / "out.mp4").read_bytes() == b"old"
 
 
-@pytest.mark.parametrize(("name", "told"), [("empty.json", True), ("none", False)])
-def test_a_look_without_makeup_is_said_to_paint_nothing(folder, name, told):
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (["empty.json"], "the look empty has no makeup: nothing is painted on in.mp4"),
+        (["none.json"], "the look none has no makeup: nothing is painted on in.mp4"),
+        (["glam", "--strength", "0"], "the look glam is at a strength of 0: nothing is painted"),
+        (["none"], None),
+    ],
+)
+def test_a_look_without_makeup_is_said_to_paint_nothing(folder, words, line):
     make_clip(folder / "in.mp4")
-    Look().save("empty.json")
-    done = run("in.mp4", "--look", name, "-o", "out.mp4")
+    for name in ("empty.json", "none.json"):
+        Look().save(name)
+    done = run("in.mp4", "--look", *words, "-o", "out.mp4")
     assert done.exit_code == 0
-    assert ("the look empty has no makeup: nothing is painted on in.mp4" in done.output) == told
+    assert line in done.output if line else "nothing is painted" not in done.output

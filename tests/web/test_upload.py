@@ -262,7 +262,7 @@ def png_of(width, height):
         (b"<svg xmlns='http://www.w3.org/2000/svg'/>", "x.jpg is no photo that can be read"),
         (b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n", "x.jpg is no photo that can be"),
         (b"\0\0\0\x18ftypheic" + bytes(80), "x.jpg is damaged or cut short"),
-        (b"\0\0\0\x18ftypisom" + bytes(80), "x.jpg is a video, and the makeup is read from a photo"),
+        (b"\0\0\0\x18ftypisom" + bytes(80), "x.jpg is a video, and a photo is needed: "),
         (LOOK.read_bytes()[:20_000], "x.jpg is damaged or cut short: save the photo again"),
         (noise(3_000_000), "x.jpg is no photo that can be read"),
     ],

@@ -78,7 +78,7 @@ def _file_of(name: str | None) -> Path | None:
             return None
     except OSError as error:  # such as a name that is too long
         raise InputError(f"{path} cannot be read: {error.strerror}") from error
-    file = local_file(path, "video")
+    file = local_file(name, "video")
     if is_picture(file):
         raise InputError(
             f"{path} is a picture, and a camera needs a video: give one, or paint the picture with "

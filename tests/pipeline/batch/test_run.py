@@ -125,7 +125,7 @@ def test_ctrl_c_ends_all_jobs_and_leaves_no_part(tmp_path):
 
 
 def test_results_in_a_process_are_those_of_run_job(tmp_path):
-    job = job_of(str(write_video(tmp_path / "a.mkv", clip(75))), "x", look=BERRY)
+    job = job_of(str(write_video(tmp_path / "a.mkv", clip(30))), "x", look=BERRY)
     worker, seen = ChildProcess(), []
     try:
         (there,) = worker.run(run_job, job, seen.append)
@@ -134,7 +134,7 @@ def test_results_in_a_process_are_those_of_run_job(tmp_path):
     os.unlink(there.output)
     (here,) = run_job(job, lambda progress: None)
     assert there._replace(seconds=0, size=0) == here._replace(seconds=0, size=0)
-    assert there.frames == 75 and there.before and there.after
+    assert there.frames == 30 and there.before and there.after
     assert {one.looks for one in seen} == {("x",)}
 
 

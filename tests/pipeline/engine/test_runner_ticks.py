@@ -51,7 +51,14 @@ def test_ticks_report_what_reached_the_sink():
             time.sleep(0.005)
 
     runner(items(), Sink()).run(counts.append, tick_seconds=0.01)
-    assert counts == sorted(counts) and counts[-1] <= 30
+    assert counts == sorted(counts) and counts[-1] == 30
+
+
+@pytest.mark.parametrize("count", [0, 1, 7])
+def test_the_last_report_has_all_however_short_the_run(count):
+    counts, sink = [], Sink()
+    runner(range(count), sink).run(counts.append, tick_seconds=60)
+    assert counts == [count] and sink.finished == ["whole"]
 
 
 def test_nothing_is_reported_while_the_sink_finishes():

@@ -1,13 +1,13 @@
 """Finishes are complete and in range, and differ as their names suggest."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from looks import layer_of
 from makeup_video.pipeline import FINISHES, GraphicsParams, Look, LookError, UsageError, product
-from makeup_video.pipeline.look.finishes import look_in_words, place_in_words
+from makeup_video.pipeline.look.finishes import in_words, look_in_words, place_in_words
 from makeup_video.pipeline.look.kinds import PARTS
 
 CODES = st.tuples(*[st.integers(0, 255)] * 3)
@@ -65,6 +65,23 @@ def test_eye_shadow_is_softer_and_broader_than_lipstick(finish):
 def test_invalid_products_are_refused(rgb, finish, part, error, words):
     with pytest.raises(error, match=words):
         product(rgb, finish, part)
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_every_finish_has_its_own_word(part):
+    words = [in_words(product("red", finish, part), part).split(",")[0] for finish in FINISHES]
+    assert words == ["matte", "satin", "sheer", "glossy", "metallic", "shimmering"]
+
+
+@given(st.floats(0, 1), st.floats(0, 4), st.floats(0, 1), st.sampled_from(list(PARTS)))
+def test_words_for_gloss_and_cover_agree_with_the_numbers(opacity, gloss, reflection, part):
+    worn = product("red", "matte", part)
+    shine, cover = in_words(
+        replace(worn, opacity=opacity, gloss=gloss, reflection=reflection), part
+    ).split(", ")
+    assert shine != "sheer" or "light" in cover
+    mirror = in_words(replace(worn, opacity=opacity, gloss=gloss, reflection=0.0), part)
+    assert mirror == f"{shine}, {cover}"
 
 
 def test_a_look_in_words_names_every_layer_and_what_is_bare():

@@ -26,9 +26,17 @@ def test_invalid_settings_are_refused_in_one_line(wrong):
     assert str(caught.value).startswith((*wrong, "the name of the camera"))
 
 
-@pytest.mark.parametrize("name", ["http://host/x.mp4", "concat:a|b", "missing.mp4"])
-def test_only_files_of_this_machine_are_played(name):
-    with pytest.raises(InputError, match="does not exist"):
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("http://host/x.mp4", "^http://host/x.mp4 is an address"),
+        ("rtsp://host/x", "^rtsp://host/x is an address"),
+        ("concat:a|b", "does not exist"),
+        ("missing.mp4", "does not exist"),
+    ],
+)
+def test_only_files_of_this_machine_are_played(name, why):
+    with pytest.raises(InputError, match=why):
         open_source(CameraSettings(name=name), pytest.fail)
 
 
