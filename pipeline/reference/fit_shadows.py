@@ -29,6 +29,12 @@ from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
 _EVENED = 0.8  # how much of the light beyond bare eyes is taken for light, and not for makeup
 _VIVID = 0.4  # how much more vivid a colour as light as bare eyes is painted than it is seen
+# Probability of eyeshadow from which on that holds for warm colours a little, and wholly: many bare
+# lids are warm, and would be orange.
+_SURE = 0.7, 0.95
+# Of what sets a wholly warm colour apart from bare eyes, by which share red exceeds green, and
+# green blue.
+_WARM_HUE = 0.25
 _FAINTEST = 1e-6
 _PALE = 78.0, 82.0  # L* of skin from which on it is a little pale, and wholly
 _VIVID_FROM = 34.0  # how far from skin, in a* and b*, a colour is vivid
@@ -86,7 +92,7 @@ def fit_shadows(
     skin = TypicalSkin.of(neutral, _OWN_HUE)
     cells = replace(shadow_cells(), reach=shadow_cells().reach * columns_seen(seen))
     shown = _calm(skin.roots(on_map(seen)), skin, neutral.skin)
-    shown = _no_redder_below(_shaded(shown, cells.film.bare), skin)
+    shown = _no_redder_below(_shaded(shown, cells.film.bare, probability), skin)
     first = first_shadows(shown, cells, skin.most())
     found = spread(shown, cells, *first, skin.most(), lined, winged)
     labs_in_photo = lab_of_linear(on_map(seen) ** 2 * neutral.skin * neutral.light)
@@ -122,18 +128,31 @@ def _softness(hue: np.ndarray) -> np.ndarray:
     return soft
 
 
-def _shaded(seen: np.ndarray, bare: np.ndarray) -> np.ndarray:
+def _shaded(seen: np.ndarray, bare: np.ndarray, probability: float) -> np.ndarray:
     """Roots (27, 24, 3): less light of the same hue where they are lighter than bare eyes, and soft
-    colours more vivid.
+    colours more vivid, unless they are warm and eyeshadow is not certain.
 
     Soft light from the front fills the hollow of the eye. As a product this light would be a pale
     veil, in which the colour that is worn is lost. Dark colours stay as they are.
     """
     share = np.sqrt((bare**2 @ LUMINANCE) / np.maximum(seen**2 @ LUMINANCE, _FAINTEST))[..., None]
     as_light = bare / share
-    vivid = as_light + (1 + _VIVID * np.minimum(1 / share, 1) ** 4) * (seen - as_light)
+    off, (first, last) = seen - as_light, _SURE
+    unsure = min(max((last - probability) / (last - first), 0), 1)
+    more = _VIVID * (1 - unsure * _warmth(off)) * np.minimum(1 / share, 1) ** 4
+    vivid = as_light + (1 + more) * off
     shaded: np.ndarray = np.maximum(vivid * np.minimum(share, 1) ** _EVENED, 0)
     return shaded
+
+
+def _warmth(off: np.ndarray) -> np.ndarray:
+    """(..., 1), 0..1: how much of a warm hue, of orange or brown, differences of roots (..., 3)
+    have."""
+    steps = (off[..., :-1] - off[..., 1:]) / np.maximum(
+        _WARM_HUE * np.linalg.norm(off, axis=-1, keepdims=True), _FAINTEST
+    )
+    warmth: np.ndarray = np.clip(steps, 0, 1).prod(-1, keepdims=True)
+    return warmth
 
 
 def _no_redder_below(seen: np.ndarray, skin: TypicalSkin) -> np.ndarray:

@@ -167,3 +167,25 @@ def test_in_cool_light_products_stay_as_cold_as_fitted():
     seen = np.ones((27, 24, 3))
     same = shadows._no_colder(found, seen, GREY, skin, np.array([0.9, 1.0, 1.1]))
     np.testing.assert_array_equal(same, found.roots)
+
+
+def vividness(off, probability):
+    """How many times as far from bare eyes as it is seen a colour as light as they is painted."""
+    bare_eyes = np.full((27, 24, 3), 0.8)
+    off = np.array(off) - np.array(off) @ LUMINANCE
+    seen = bare_eyes + 0.1 * off / np.linalg.norm(off)
+    painted = shadows._shaded(seen, bare_eyes, probability)
+    return float(np.ptp(painted, axis=-1)[0, 0] / np.ptp(seen, axis=-1)[0, 0])
+
+
+@given(st.floats(0.3, 1), st.floats(0.3, 1), st.floats(0, 0.7))
+def test_warm_shadow_that_is_unsure_is_as_vivid_as_it_is_seen(red, blue, probability):
+    warm = red, 0.0, -blue
+    assert vividness(warm, probability) == pytest.approx(1, abs=0.06)
+    assert vividness(warm, probability) < vividness(warm, 0.85) < vividness(warm, 1.0) - 0.05
+
+
+@given(st.sampled_from([(1, -1, 0.5), (-1, 0, 1), (-1, 1, -1), (-1, 0.5, 0.5)]), st.floats(0, 1))
+def test_pink_blue_and_green_are_as_vivid_however_sure(cool, probability):
+    assert vividness(cool, 1.0) > 1.2
+    assert vividness(cool, probability) == pytest.approx(vividness(cool, 1.0), abs=0.01)
