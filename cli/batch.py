@@ -197,15 +197,21 @@ def _print_end(work: "BatchJobs", results: "dict[str, Result]", quiet: bool) -> 
     """Name what failed. Raises typer.Exit with exit code 5 where anything did, or an input was
     damaged."""
     from makeup_video.pipeline.batch.job import Done
+    from makeup_video.pipeline.batch.plan import is_hopeless
     from makeup_video.pipeline.errors import EXIT_DAMAGED_INPUT
 
     failed = [one for one in results.values() if not isinstance(one, Done)]
     damaged = [one for one in results.values() if isinstance(one, Done) and one.damaged]
     if not quiet:
         log(f"{len(results) - len(failed)} of {len(results)} outputs done; {work.page} shows them")
-    if failed:
-        log(f"{len(failed)} failed (--retry does them again):")
-        for one in failed:
+    hopeful = [one for one in failed if not is_hopeless(one)]
+    hopeless = [one for one in failed if is_hopeless(one)]
+    for some, advice in ((hopeful, "does them again"), (hopeless, "alone does not help")):
+        if some:
+            log(f"{len(some)} failed (--retry {advice}):")
+        for one in some:
             log(f"  {_line(one)}")
+    if work.changes_kind([one.output for one in hopeless]):
+        log("a template that ends in .{ext}, as in -o '{name}.{ext}', suits pictures and videos")
     if failed or damaged:
         raise typer.Exit(EXIT_DAMAGED_INPUT)

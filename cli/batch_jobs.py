@@ -10,6 +10,7 @@ from typing import Any
 from makeup_video.cli.console import log
 from makeup_video.cli.look_options import faces_meant
 from makeup_video.cli.looks_options import LooksOptions, WantedLook
+from makeup_video.cli.outcome import some_of
 from makeup_video.cli.output_names import NewFolders, fields_of, template_for
 from makeup_video.cli.output_options import OutputOptions
 from makeup_video.pipeline import Look, MakeupVideoError, UsageError
@@ -17,7 +18,13 @@ from makeup_video.pipeline.batch.job import Job, JobLook
 from makeup_video.pipeline.batch.job_list import read_jobs
 from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.plan import check_inputs_apart
-from makeup_video.pipeline.batch.sources import inputs_of
+from makeup_video.pipeline.batch.sources import (
+    NOT_PAINTED,
+    check_some_exist,
+    inputs_of,
+    is_named_as_picture,
+    left_out_of,
+)
 from makeup_video.pipeline.files.output_file import check_apart
 from makeup_video.pipeline.files.template import Origin, Template
 from makeup_video.pipeline.images.picture_file import WRITERS
@@ -44,6 +51,13 @@ class BatchJobs:
     def count(self) -> int:
         """How many outputs there are."""
         return sum(len(job.looks) for job in self.jobs)
+
+    def changes_kind(self, outputs: Sequence[str]) -> bool:
+        """Whether one of these outputs would make a video of a picture, or a picture of a video,
+        by their names."""
+        sources = {look.output: job.source for job in self.jobs for look in job.looks}
+        pairs = ((Path(one), Path(sources[one])) for one in outputs)
+        return any(is_named_as_picture(one) != is_named_as_picture(other) for one, other in pairs)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +92,9 @@ def open_batch(
     if not inputs and not rows:
         raise UsageError("no input given: add files, a folder, a pattern, or --list CSV")
     if inputs and output is None:
-        raise UsageError("-o/--output is missing: give a template such as 'out/{name}-{look}.mp4'")
+        raise UsageError(
+            "-o/--output is missing: give a template such as 'out/{name}-{look}.{ext}'"
+        )
     if output is None:
         folder = _folder_of([row.output for row in rows], listed or "")
     else:
@@ -90,10 +106,11 @@ def open_batch(
     opened = Journal(place)
     try:
         sources = inputs_of(inputs, opened.outputs) if inputs else []
-        left_out = _left_out(inputs, sources)
-        if left_out and not quiet:
-            log(f"{left_out} of the files are outputs of this batch, and are not painted again")
+        if not quiet:
+            _log_left_out(inputs, sources)
         wanted = [_Wanted(one, output or "", look, how) for one in sources] + rows
+        if not opened.outputs:  # of a batch that was resumed an input may be lost by now
+            check_some_exist([one.source for one in wanted], wanted[0].where)
         jobs = _jobs(wanted, overwrite, quiet)
         folders.make([look.output for job in jobs for look in job.looks])
     except BaseException:
@@ -102,11 +119,17 @@ def open_batch(
     return BatchJobs(jobs, opened, folder / _PAGE)
 
 
-def _left_out(given: Sequence[str], sources: Sequence[str]) -> int:
-    """How many of the files that were given by their names are no inputs."""
+def _log_left_out(given: Sequence[str], sources: Sequence[str]) -> None:
+    """Log which of the files that were given are no inputs: outputs of this batch that were given
+    by their names, and pictures in folders that cannot be painted."""
     kept = set(map(os.path.realpath, sources))
     named = {os.path.realpath(one) for one in given if os.path.isfile(one)}
-    return len(named - kept)
+    if outputs := len(named - kept):
+        log(f"{outputs} of the files are outputs of this batch, and are not painted again")
+    pictures = [Path(one).name for one in left_out_of(given) if os.path.realpath(one) not in kept]
+    if pictures:
+        files = "1 file" if len(pictures) == 1 else f"{len(pictures)} files"
+        log(f"{files} left out: {some_of(pictures)} ({NOT_PAINTED} are not painted: save as PNG)")
 
 
 def _folder_of(templates: Sequence[str], listed: str) -> Path:
@@ -181,7 +204,9 @@ def _job(
     end = Path(one.output).suffix.lower()
     if "{" not in end and end not in _ENDINGS:
         names = "{name}-{look}" if len(looks) > 1 else "{name}"
-        example = os.path.join(os.path.dirname(one.output) if end else one.output, f"{names}.mp4")
+        example = os.path.join(
+            os.path.dirname(one.output) if end else one.output, f"{names}.{{ext}}"
+        )
         raise UsageError(
             f"--output must name files that end in {', '.join(_ENDINGS)}, as in -o {example!r}, "
             f"got {one.output!r}"

@@ -1,7 +1,7 @@
 """The options of `apply` and `batch` that say which looks to paint: one, or several."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
@@ -100,6 +100,13 @@ def _at_once(fields: dict[str, str], read: "Callable[[], Look]", where: str = ""
     """A look of no photo: it is read, once, when it is checked or loaded."""
     once = cache(read)
     return WantedLook(fields, lambda quiet: once(), once, where)
+
+
+def _parts_of(row: "NamedLook") -> set[str]:
+    """The parts that a catalogue's row gives."""
+    from makeup_video.pipeline.look.kinds import KINDS
+
+    return {KINDS[layer.kind].part for layer in row.look.layers}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -201,27 +208,42 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
                 f"{self.catalogue}: {out} of {rows} rows left out, since they are for no part that "
                 f"is painted: {some_of(list(others))}"
             )
+        self._check_worn(found, quiet)
         have_eyes = any(row.look.of("eyeshadow") for row in found)
         for row in found:
             yield _at_once(row.fields, partial(self._on_row, row, have_eyes), row.where)
+
+    def _check_worn(self, rows: "Sequence[NamedLook]", quiet: bool) -> None:
+        """Log the rows that keep a part which an option gives, too, unless quiet.
+
+        Raises UsageError where every row gives that part: the option would change nothing.
+        """
+        from makeup_video.pipeline import UsageError
+
+        for part in self.worn:
+            own = [row.name for row in rows if part in _parts_of(row)]
+            if len(own) == len(rows):
+                raise UsageError(
+                    f"{self.catalogue}: every row that is painted gives the {part}, and so does "
+                    f"--{part}: leave --{part} out"
+                )
+            if own and not quiet:
+                log(
+                    f"{self.catalogue}: {len(own)} of {len(rows)} rows not changed by --{part}, "
+                    f"since they are for the {part}: {some_of(own)}"
+                )
 
     def _on_row(self, row: "NamedLook", have_eyes: bool) -> "Look":
         """The look of a row with what the other options change; they chose its part already.
 
         have_eyes: some row has eyeshadow, so options for eyeshadow leave the other rows alone.
-        Raises UsageError where an option gives that part, too: all rows would look alike.
+        An option that gives the row's own part, too, leaves that to the row: otherwise all rows for
+        this part would look alike.
         """
-        from makeup_video.pipeline import UsageError
-        from makeup_video.pipeline.look.kinds import KINDS
         from makeup_video.pipeline.look.options import choose_look
 
-        if both := {KINDS[layer.kind].part for layer in row.look.layers} & set(self.worn):
-            part = min(both)
-            raise UsageError(
-                f"--catalogue gives the {part} of {row.name}, and --{part} gives them, too: leave "
-                f"--{part} out"
-            )
-        choice = replace(self.choice(), base=row.look, parts=None)
+        worn = {part: text for part, text in self.worn.items() if part not in _parts_of(row)}
+        choice = replace(self.choice(), base=row.look, parts=None, worn=worn)
         if not choice.worn:
             choice = replace(choice, finish=None)  # the row's look has it
         if have_eyes and not row.look.of("eyeshadow") and "eyes" not in choice.worn:

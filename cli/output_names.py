@@ -53,15 +53,22 @@ def fields_of(path: Path) -> dict[str, str]:
 
 
 def _written_as(path: Path) -> str:
-    """The extension of the output for an input: HEIC is read, and never written."""
-    end = path.suffix.lower().removeprefix(".")
-    return "jpg" if end in ("heic", "heif") else end
+    """The extension of the output for an input: its own, or jpg or mp4 for kinds that are read, and
+    never written."""
+    from makeup_video.pipeline.batch.sources import is_named_as_picture
+    from makeup_video.pipeline.images.picture_file import WRITERS
+    from makeup_video.pipeline.media.codecs import CONTAINERS
+
+    end = path.suffix.lower()
+    if end and end not in (*WRITERS, *CONTAINERS):
+        return "jpg" if is_named_as_picture(path) else "mp4"
+    return end.removeprefix(".")
 
 
 def _with_look(output: str) -> str:
     path = Path(output)
     if output.endswith(("/", os.sep)) or os.path.isdir(path):
-        return os.fspath(path / "{name}-{look}.mp4")
+        return os.fspath(path / "{name}-{look}.{ext}")
     return os.fspath(path.with_name(f"{path.stem}-{{look}}{path.suffix}")) if path.name else output
 
 

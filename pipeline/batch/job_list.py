@@ -63,8 +63,8 @@ def _check_columns(where: str, names: Sequence[str], known: Sequence[str]) -> No
     for name in names:
         if name not in known:
             raise UsageError(
-                f"{where}: there is no column {name!r}{did_you_mean(name, known)}; the columns of "
-                f"a list of jobs are {', '.join(known)}"
+                f"{where}: there is no column {name!r}; the columns of a list of jobs are "
+                f"{', '.join(known)}{did_you_mean(name, known)}"
             )
         if names.count(name) > 1:
             raise UsageError(f"{where}: the column {name} stands there twice: leave one out")

@@ -14,6 +14,7 @@ from makeup_video.pipeline.errors import (
     InputError,
     MakeupVideoError,
     OutputError,
+    StrictError,
     UsageError,
     option,
 )
@@ -72,6 +73,17 @@ def plan_batch(jobs: Iterable[Job], journal: Journal, *, retry: bool, overwrite:
                 hopeless.add(look.output)
         plan.todo += [job.only(outputs) for outputs in (left, hopeless) if outputs]
     return plan
+
+
+def is_hopeless(failed: Failed) -> bool:
+    """Whether the same work would fail in the same way: for its options, or for a name."""
+    if isinstance(failed.error, UsageError | StrictError):
+        return True
+    try:
+        check_place(failed.output, None, overwrite=True)
+    except MakeupVideoError as error:
+        return is_too_long(error)
+    return False
 
 
 def _check_place(job: Job, look: JobLook, overwrite: bool, is_of_other_work: bool) -> None:

@@ -6,13 +6,28 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from makeup_video.pipeline.errors import InputError, UsageError
+from makeup_video.pipeline.files.local_file import local_file
 
 # What a folder's files are taken for; other files of a folder are left alone.
-_ENDS = frozenset((
+_VIDEOS = (
     ".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".mpg", ".mpeg", ".ts", ".mts", ".m2ts",
-    ".flv", ".asf", ".wmv", ".3gp", ".ogv", ".mxf", ".gif", ".jpg", ".jpeg", ".png", ".webp",
-    ".heic", ".heif",
-))  # fmt: skip
+    ".flv", ".asf", ".wmv", ".3gp", ".ogv", ".mxf", ".gif",
+)  # fmt: skip
+_PICTURES = (".jpg", ".jpeg", ".png", ".webp", ".heic", ".heif")
+# Pictures that are read only as the photo of a look.
+_OF_LOOKS = (".avif", ".bmp", ".tif", ".tiff")
+NOT_PAINTED = "AVIF, BMP and TIFF pictures"
+
+
+def is_named_as_picture(path: Path) -> bool:
+    """Whether a file has the extension of a picture, of whatever kind."""
+    return path.suffix.lower() in (*_PICTURES, *_OF_LOOKS)
+
+
+def left_out_of(given: Sequence[str]) -> list[str]:
+    """The pictures in folders that are given that cannot be painted, such as TIFF."""
+    folders = filter(os.path.isdir, given)
+    return list(dict.fromkeys(file for one in folders for file in _in_folder(one, _OF_LOOKS)))
 
 
 def inputs_of(given: Sequence[str], written: Sequence[Path] = ()) -> list[str]:
@@ -25,54 +40,73 @@ def inputs_of(given: Sequence[str], written: Sequence[Path] = ()) -> list[str]:
     neither are parts of outputs. A file that is given by its name counts even if it does not exist,
     since its job then fails alone; and so does an output of this batch, unless other files are
     given, too: a shell may have put the names of all files in the place of a pattern.
-    Raises UsageError for a folder or a pattern without any file, and where nothing given exists and
-    no output was written before; InputError for a folder that cannot be read.
+    Raises UsageError for a folder or a pattern without any file; InputError for a folder that
+    cannot be read, and for an empty name.
     """
     outputs = {os.path.realpath(path) for path in written}
     found: dict[str, str] = {}
     for one in given:
         files = _files_of(one)
-        if not files:
+        inputs = files if files == [one] else [file for file in files if _is_input(file, outputs)]
+        if not files or not (inputs or outputs):
             raise UsageError(_NOTHING_IN.format(one, _what(one)))
-        if files != [one]:
-            files = [file for file in files if _is_input(file, outputs)]
-        for file in files:
+        for file in inputs:
             place = os.path.realpath(file)
             if place in found and os.path.islink(found[place]) and not os.path.islink(file):
                 del found[place]  # the file itself is meant, with its own name and place
             found.setdefault(place, file)
     others = {place: file for place, file in found.items() if place not in outputs}
-    found = others or found
-    if not outputs and not any(map(os.path.lexists, found)):
-        missing = next(iter(found.values()))
-        raise UsageError(_NOTHING_IN.format(missing, "does not exist"))
-    return list(found.values())
+    return list((others or found).values())
+
+
+def check_some_exist(inputs: Sequence[str], where: str = "") -> None:
+    """Raises UsageError where no input exists, for example since the name of a folder is mistyped.
+
+    where: the row of a list that names the first input; empty for none.
+    """
+    if any(map(os.path.exists, inputs)):
+        return
+    if where:
+        raise UsageError(f"{where}: {inputs[0]} does not exist: give files on this machine")
+    raise UsageError(_NOTHING_IN.format(inputs[0], "does not exist"))
 
 
 _NOTHING_IN = "{} {}: give files, a folder with videos or pictures, or a pattern such as '*.mp4'"
 
 
 def _what(given: str) -> str:
-    return "has no videos or pictures" if os.path.isdir(given) else "matches no file"
+    if not os.path.isdir(given):
+        return "matches no file"
+    if left_out_of([given]):
+        return f"has no videos or pictures but {NOT_PAINTED}, which are not painted"
+    return "has no videos or pictures"
 
 
 def _files_of(given: str) -> list[str]:
     if os.path.isdir(given):
-        try:
-            # a name that begins with a dot is hidden: macOS writes ._clip.mp4 beside clip.mp4
-            files = sorted(
-                entry.path
-                for entry in os.scandir(given)
-                if _may_be_file(entry.path) and not entry.name.startswith(".")
-            )
-        except OSError as error:
-            raise InputError(
-                f"{given} cannot be read: {error.strerror}; allow it, or give another folder"
-            ) from error
-        return [file for file in files if os.path.splitext(file)[1].lower() in _ENDS]
+        return _in_folder(given, (*_VIDEOS, *_PICTURES))
+    if not given:
+        local_file(given)  # raises: the line of all commands for an empty name
     if os.path.lexists(given) or not glob.has_magic(given):
         return [given]
     return sorted(filter(_may_be_file, glob.glob(given, recursive=True)))
+
+
+def _in_folder(folder: str, ends: Sequence[str]) -> list[str]:
+    """The files with these extensions, by name. Raises InputError."""
+    try:
+        # a name that begins with a dot is hidden: macOS writes ._clip.mp4 beside clip.mp4
+        return sorted(
+            entry.path
+            for entry in os.scandir(folder)
+            if os.path.splitext(entry.name)[1].lower() in ends
+            and _may_be_file(entry.path)
+            and not entry.name.startswith(".")
+        )
+    except OSError as error:
+        raise InputError(
+            f"{folder} cannot be read: {error.strerror}; allow it, or give another folder"
+        ) from error
 
 
 def _may_be_file(path: str) -> bool:

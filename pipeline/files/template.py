@@ -12,7 +12,7 @@ from makeup_video.pipeline.errors import UsageError, option
 FIELDS: Mapping[str, str] = {
     "name": "the input's name without its extension",
     "folder": "the name of the folder that the input lies in",
-    "ext": "the input's extension without the dot, jpg for a HEIC photo",
+    "ext": "the input's extension without the dot, or jpg or mp4 for kinds that are only read",
     "look": "the look's name",
     "brand": "the brand of a catalogue's row",
     "product": "the product of a catalogue's row",

@@ -170,8 +170,8 @@ def _look_of(row: Row, part: str, finish: str | None) -> NamedLook:
         if finish is None:
             raise CatalogueError(
                 f"{row.where}: finish must be one of {', '.join(FINISHES)}, or empty, got "
-                f"{written[:40]!r}{did_you_mean(written, finish_names())}; {option('finish')} "
-                "gives one to all rows"
+                f"{written[:40]!r}; {option('finish')} gives one to all rows"
+                f"{did_you_mean(written, finish_names())}"
             )
     kind = PARTS[part]
     if finish is None:  # as in "Lip Gloss" or "Matte lipstick"

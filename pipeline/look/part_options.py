@@ -101,8 +101,9 @@ def _layer(kind: Kind, text: str, finish: str | None) -> Layer:
         name, value = _meaning(kind, word)
         kept = shape if name in _names_of_dials(kind) else said
         if name in kept:
+            called = "zone" if name == "slot" else name.replace("_", " ")
             raise UsageError(
-                f"{option(kind.part)} gives the {name.replace('_', ' ')} twice: {text!r}"
+                f"{option(kind.part)} gives the {called} twice: {text!r}; leave one out"
             )
         kept[name] = value
     chosen = said.get("finish") or finish or kind.first_finish

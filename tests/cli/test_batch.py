@@ -11,10 +11,9 @@ from collections import Counter
 import av
 import pytest
 from command_line import LOOK, command, run
-from makeup_video.pipeline.batch import run as batch_run
 from media import make_clip
 from people import SAMPLES, clip, write_video
-from workers import InThisProcess
+from workers import run_here
 
 
 @pytest.fixture(scope="module")
@@ -41,13 +40,6 @@ def slow_folder(folder):
     for name in ("a", "b"):
         write_video(folder / "clips" / f"{name}.mkv", clip(20))
     return folder
-
-
-def run_here(*words):
-    """The command, whose jobs are done in this process: the start of another takes longer."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(batch_run, "local_workers", lambda count: [InThisProcess()])
-        return run(*words)
 
 
 def outputs_of(folder):
@@ -217,7 +209,7 @@ def test_a_list_takes_the_words_for_faces_that_options_take(folder):
         (["clips", "--look", "none", "-o", "o/{name}.mkv", "--ship"], "--ship is for a cluster"),
         (["gone.mkv", "--look", "none", "-o", "o/{name}.mkv"], "gone.mkv does not exist: give files"),
         (["clips", "--look", "none", "-o", "out2/"], "that end in .mp4, .m4v, .mov, .mkv, .webm, .jpg,"),
-        (["clips", "--look", "none", "-o", "o/{name}.avi"], "as in -o 'o/{name}.mp4', got 'o/{name}.avi'"),
+        (["clips", "--look", "none", "-o", "o/{name}.avi"], "as in -o 'o/{name}.{ext}', got 'o/{name}.avi'"),
         (["clips/*.avi", "--look", "none", "-o", "{name}.mkv"], "clips/*.avi matches no file"),
         (["empty", "--look", "none", "-o", "{name}.mkv"], "empty has no videos or pictures"),
         (["clips", "--look", "none", "-o", "o/{name}.mkv", "--resume"], "there is no journal o/"),

@@ -60,9 +60,9 @@ def test_a_video_in_several_looks_has_one_report(folder):
     [
         (["-o", "out.jpg"], "2 looks need a name each: put {look} in -o, as in -o 'out-{look}.jpg'"),
         (["-o", "{name}.jpg"], "2 looks need a name each"),
-        (["-o", "out/"], "put {look} in -o, as in -o 'out/{name}-{look}.mp4'"),
-        (["-o", "{look}.jpg", "--catalogue", "shades.csv", "--lips", "red"],
-         "--catalogue gives the lips of A-Red, and --lips gives them, too: leave --lips out"),
+        (["-o", "out/"], "put {look} in -o, as in -o 'out/{name}-{look}.{ext}'"),
+        (["-o", "{look}.jpg", "--catalogue", "shades.csv", "--where", "brand=A", "--lips", "red"],
+         "shades.csv: every row that is painted gives the lips, and so does --lips: leave --lips out"),
         (["-o", "{look}{x}.jpg"], "--output has {x}: the fields are {name}, {folder}, {ext}"),
         (["-o", "{brand}.jpg"], "--output has {brand}, the brand of a catalogue's row, and plum has"),
         (["-o", "{look}.jpg", "--save-look", "a.json"], "--save-look writes one look"),
@@ -98,6 +98,27 @@ def test_options_change_the_rows_that_they_are_for(folder, words):
     assert changed == [layer for layer in layers if layer.kind == "eyeshadow"]
     for layer in layers:
         assert layer.product == product("#B4602E", "satin", KINDS[layer.kind].part)
+
+
+def test_a_row_keeps_the_part_that_an_option_gives_too(folder):
+    (folder / "shades.csv").write_text(TABLE + "Bo,P,eyeliner,Ink,#203040\n")
+    for quiet in ([], ["-q"]):
+        done = run("in.jpg", "--catalogue", "shades.csv", "--liner", "black:matte",
+                   "-o", "{brand}-{shade}.jpg", "-y", *quiet)  # fmt: skip
+        assert done.exit_code == 0, done.stderr
+        line = (
+            "shades.csv: 1 of 3 rows not changed by --liner, since they are for the liner: Bo-Ink\n"
+        )
+        assert (line in done.stderr) == (not quiet)
+    options = LooksOptions(catalogue="shades.csv", liner="black:matte", finish="gloss")
+    worn = [
+        {layer.kind: layer.product.hex for layer in row.load(True).layers}
+        for row in options.wanted(quiet=True)
+    ]
+    black = {"eyeliner": "#000000"}
+    assert worn == [
+        {"lipstick": "#B4002E"} | black, {"eyeshadow": "#6B7475"} | black, {"eyeliner": "#203040"},
+    ]  # fmt: skip
 
 
 def test_an_option_for_eyes_needs_a_row_for_eyes(folder):

@@ -39,6 +39,17 @@ def test_names_of_outputs(output, names, found):
     assert name_outputs(output, "/videos/clips/talk.MOV", looks_named(*names)) == found
 
 
+@pytest.mark.parametrize(
+    ("ends", "written"),
+    [("mp4 m4v mov mkv webm jpg jpeg png webp", None), ("avi gif mpg 3gp flv mts WMV ogv", "mp4"),
+     ("heic HEIF", "jpg")],
+)  # fmt: skip
+def test_ext_is_an_extension_that_is_written(ends, written):
+    for end in ends.split():
+        (output,) = name_outputs("{name}.{ext}", f"a.b.{end}", looks_named("x"))
+        assert output == f"a.b.{written or end}"
+
+
 TWINS = "shades.csv, line 2 and shades.csv, line"
 
 

@@ -2,6 +2,10 @@
 
 import pickle
 
+import pytest
+from command_line import run
+from makeup_video.pipeline.batch import run as batch_run
+
 
 class InThisProcess:
     """Does jobs as a process does: with copies, so that what cannot be sent to one fails here."""
@@ -14,3 +18,10 @@ class InThisProcess:
 
     def stop(self):
         pass
+
+
+def run_here(*words):
+    """The command, whose jobs are done in this process."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(batch_run, "local_workers", lambda count: [InThisProcess()])
+        return run(*words)

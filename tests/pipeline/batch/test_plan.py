@@ -3,10 +3,20 @@
 from dataclasses import replace
 
 import pytest
-from makeup_video.pipeline import Look, OutputError, Settings, UsageError, process_video, product
+from makeup_video.pipeline import (
+    InputError,
+    Look,
+    OutputError,
+    Settings,
+    StrictError,
+    UsageError,
+    WorkerError,
+    process_video,
+    product,
+)
 from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook
 from makeup_video.pipeline.batch.journal import Journal
-from makeup_video.pipeline.batch.plan import check_inputs_apart, is_whole, plan_batch
+from makeup_video.pipeline.batch.plan import check_inputs_apart, is_hopeless, is_whole, plan_batch
 from makeup_video.pipeline.batch.task import run_job
 from makeup_video.pipeline.images import picture_size
 from media import make_clip
@@ -142,6 +152,15 @@ def test_failed_work_is_done_again_only_when_asked(case):
     result = case.known()
     assert type(result.error) is OutputError and str(result.error) == "the disk is full"
     assert case.plan(retry=True).todo == [case.job]
+
+
+@pytest.mark.parametrize(
+    ("error", "name", "hopeless"),
+    [(UsageError, "a.mp4", True), (StrictError, "a.mp4", True), (OutputError, f"{248 * 'x'}.mp4", True),
+     (OutputError, "a.mp4", False), (InputError, "a.mp4", False), (WorkerError, "a.mp4", False)],
+)  # fmt: skip
+def test_failures_of_options_and_of_names_are_hopeless(tmp_path, error, name, hopeless):
+    assert is_hopeless(Failed(str(tmp_path / name), error("it failed"))) == hopeless
 
 
 def test_only_the_looks_that_are_left_are_painted(tmp_path):

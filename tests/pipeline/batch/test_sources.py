@@ -1,8 +1,8 @@
 """The inputs of a batch: files, folders and patterns, each file once."""
 
 import pytest
-from makeup_video.pipeline import UsageError
-from makeup_video.pipeline.batch.sources import inputs_of
+from makeup_video.pipeline import InputError, UsageError
+from makeup_video.pipeline.batch.sources import check_some_exist, inputs_of, left_out_of
 
 
 @pytest.fixture
@@ -62,15 +62,35 @@ def test_a_link_that_leads_nowhere_is_a_job_that_fails(folder, given):
 
 @pytest.mark.parametrize(
     ("given", "message"),
-    [("empty", "empty has no videos or pictures: give"), ("*.avi", "matches no file: give")],
-)
+    [("empty", "empty has no videos or pictures: give"), ("*.avi", "matches no file: give"),
+     ("parts", "parts has no videos or pictures: give")],
+)  # fmt: skip
 def test_nothing_found_is_an_error(folder, given, message):
+    (folder / "parts").mkdir()
+    (folder / "parts" / "c.part.mp4").touch()
     with pytest.raises(UsageError, match=message):
         inputs_of([given])
 
 
 def test_inputs_of_which_none_exists_are_a_mistake(folder):
-    with pytest.raises(UsageError, match=r"^gone.mp4 does not exist: give files"):
-        inputs_of(["gone.mp4", "lost.mp4"])
-    written = [folder / "clips" / "b-red.mp4"]  # of a batch that went on until its inputs were lost
-    assert inputs_of(["gone.mp4"], written) == ["gone.mp4"]
+    with pytest.raises(UsageError, match=r"^gone.mp4 does not exist: give files, a folder"):
+        check_some_exist(["gone.mp4", "lost.mp4"])
+    with pytest.raises(UsageError, match=r"^a.csv, line 2: gone.mp4 does not exist: give files"):
+        check_some_exist(["gone.mp4", "lost.mp4"], "a.csv, line 2")
+    check_some_exist(["gone.mp4", "clips/b.mp4"])
+
+
+def test_an_empty_name_is_refused_as_by_every_command(folder):
+    with pytest.raises(
+        InputError, match=r"^the name of the video or picture is empty: give a file"
+    ):
+        inputs_of(["clips", ""])
+
+
+def test_pictures_of_a_folder_that_are_not_painted_are_known(folder):
+    for name in ("p.avif", "P.TIF", "q.tiff", "b.bmp", ".hidden.tif"):
+        (folder / "empty" / name).touch()
+    named = ["empty/P.TIF", "empty/b.bmp", "empty/p.avif", "empty/q.tiff"]
+    assert left_out_of(["clips", "empty", "empty", "empty/x.txt"]) == named
+    with pytest.raises(UsageError, match="but AVIF, BMP and TIFF pictures, which are not painted"):
+        inputs_of(["empty"])

@@ -102,7 +102,7 @@ def test_commas_within_a_colour_do_not_separate_layers():
         ("eyes", "red:outr", r"--eyes: 'outr' is no finish \(.*\), a zone \(lid, .*mean outer?"),
         ("lips", "red:gloss:matt", "--lips gives the finish twice: 'red:gloss:matt'"),
         ("eyes", "red:80%:.5", "--eyes gives the strength twice"),
-        ("eyes", "red:lid:slot=outer", "--eyes gives the slot twice"),
+        ("eyes", "red:lid:slot=outer", "--eyes gives the zone twice: .*; leave one out"),
         ("lips", "red:50", "--lips: the strength must be a number in 0..1 or a .*: did you mean 50%?"),
         ("lips", "red:120%", "--lips: the strength must be a number in 0..1"),
         ("liner", "black:wng=.3", "--liner has no 'wng'; its shape has .*: did you mean wing?"),

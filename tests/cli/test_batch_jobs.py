@@ -1,0 +1,88 @@
+"""The inputs of `batch`: pictures and videos in one folder, what is left out, what is missing."""
+
+import shutil
+
+import pytest
+from command_line import run
+from media import make_clip
+from picture_files import scene, write
+from workers import run_here
+
+ADVICE = "a template that ends in .{ext}, as in -o '{name}.{ext}', suits pictures and videos"
+WORDS = ("--look", "none", "-o")
+
+
+@pytest.fixture
+def mixed(tmp_path, monkeypatch):
+    """A folder with a picture and with videos, one of them of a kind that is only read."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in").mkdir()
+    make_clip(tmp_path / "in" / "a.avi", "mpeg4")
+    make_clip(tmp_path / "in" / "b.mp4")
+    write(tmp_path / "in" / "c.png", scene())
+    return tmp_path
+
+
+def test_one_template_names_pictures_and_videos(mixed):
+    done = run_here("batch", "in", *WORDS, "out/{name}.{ext}")
+    assert done.exit_code == 0, done.stderr
+    assert sorted(path.name for path in (mixed / "out").glob("?.*")) == ["a.mp4", "b.mp4", "c.png"]
+
+
+def test_a_picture_named_as_a_video_is_told_of_the_field(mixed):
+    words = ("batch", "in", *WORDS, "out/{name}.mp4")
+    for more in ([], ["--retry"]):
+        done = run_here(*words, *more)
+        head, line, last = done.stderr.strip().splitlines()[-3:]
+        assert done.exit_code == 5 and last == ADVICE
+        assert head == "1 failed (--retry alone does not help):"
+        assert "in/c.png is a picture: the output must end in .jpg" in line
+
+
+def test_retry_is_advised_where_it_may_help(mixed):
+    words = ("batch", "in", *WORDS, "out/{name}.{ext}")
+    (mixed / "in" / "d.mp4").write_text("no video")
+    assert run_here(*words).exit_code == 5
+    with (mixed / "out" / "b.mp4").open("ab") as file:
+        file.write(b"x")
+    *_, first, bad, second, changed = run_here(*words).stderr.strip().splitlines()
+    assert first == "1 failed (--retry does them again):" and "d.mp4 is not a video" in bad
+    assert second == "1 failed (--retry alone does not help):"
+    assert "out/b.mp4 has changed since" in changed and "add -y to write it again" in changed
+    assert run_here(*words, "-y").stderr.count(" failed (--retry ") == 1
+
+
+def test_pictures_that_are_not_painted_are_named(mixed):
+    for name in ("p.avif", "p.tif", "p.bmp", "note.txt", ".p.tif"):
+        (mixed / "in" / name).touch()
+    for quiet in ([], ["-q"]):
+        done = run_here("batch", "in", *WORDS, "out/{name}.{ext}", *quiet)
+        assert done.exit_code == 0, done.stderr
+        line = "3 files left out: p.avif, p.bmp and p.tif (AVIF, BMP and TIFF pictures are not"
+        assert (line in done.stderr) == (not quiet)
+    shutil.copy(mixed / "in" / "b.mp4", "z.mp4")
+    assert "left out" not in run_here("batch", "z.mp4", *WORDS, "out/{name}.{ext}").stderr
+
+
+@pytest.mark.parametrize(
+    ("inputs", "code", "message"),
+    [
+        (["nodir"], 2, "nodir does not exist: give files, a folder"),
+        (["--list", "jobs.csv"], 2, "jobs.csv, line 2: gone.mp4 does not exist: give files"),
+        ([""], 3, "the name of the video or picture is empty: give a file"),
+        (["in", ""], 3, "the name of the video or picture is empty: give a file"),
+    ],
+)
+def test_inputs_that_are_missing_leave_nothing(mixed, inputs, code, message):
+    (mixed / "jobs.csv").write_text("in\ngone.mp4\nlost.mp4\n")
+    done = run("batch", *inputs, *WORDS, "out/{name}.mp4")
+    assert done.exit_code == code and message in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1 and not (mixed / "out").exists()
+
+
+def test_a_batch_that_goes_on_may_have_lost_its_inputs(mixed):
+    (mixed / "jobs.csv").write_text("in\nin/b.mp4\n")
+    words = (*WORDS, "out/{name}.{ext}")
+    assert run_here("batch", "--list", "jobs.csv", *words).exit_code == 0
+    done = run_here("batch", "gone.mp4", *words)
+    assert done.exit_code == 5 and "gone.mp4 does not exist" in done.stderr
