@@ -123,6 +123,12 @@ def losses(data: bytes) -> tuple[list[str], list[str]]:
     return list(dict.fromkeys(beside)), [f"{colours} -> sRGB"] if colours else []
 
 
+def bit_depth(data: bytes) -> int:
+    """Bits a sample of a photo that `decode` has decoded."""
+    file = _library("this").open_heif(BytesIO(data), convert_hdr_to_8bit=False)
+    return int(file[file.primary_index].info["bit_depth"])
+
+
 def _code_points(nclx: dict[str, Any] | None) -> tuple[int, int]:
     """(primaries, transfer) of pi-heif's numbers."""
     numbers = nclx or {}

@@ -44,7 +44,7 @@ class Decoder:
     threads: of FFmpeg's decoder; 0: FFmpeg's choice.
     muxer: gets every packet of every other stream, in the order of the file, on the same thread.
     packets: those still unread. Who needs no more frames may go on with these, and then `finish`.
-    After the run `stats` is complete, and `media_seconds` is the length of what was decoded.
+    After the run `stats` is complete.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class Decoder:
         )
         self._streams = [] if segment is None else [source.video]  # none: all of them
         self._base = source.time_base
-        self._last = Fraction(0), 0  # of the last frame: its time in the clip, its length in ticks
+        self._last_dts: int | None = None  # of the video's packets that were read
         self._context = _decoder_context(source, threads)
         self._times = FrameTimes(source)
         self._account = Account(source, self.trim, self._times)
@@ -84,8 +84,8 @@ class Decoder:
             if not self._streams:
                 self._copy_shown_subtitles(self.trim.start)
             seek_before(self.source, self._context, self.trim.start)
-        base = self._base
-        for picture, pts, duration in until_next(self._pictures(), _track_end(self.source)):
+        base, end = self._base, _track_end(self.source)
+        for picture, pts, duration in until_next(self._pictures(), end, self._is_read_to_end):
             kept = self.trim(picture, pts * base, duration * base)
             if self.trim.is_past_end and self._account.beyond_pts is None:
                 self._account.beyond_pts = pts
@@ -150,6 +150,7 @@ class Decoder:
             self._account.note(packet)
             if index == video and packet.size:
                 self.stats.packets += not packet.is_discard
+                self._last_dts = packet.dts
             elif self._is_past_end(packet):
                 self._ended.add(index)
             if self.trim.is_past_end:
@@ -162,6 +163,13 @@ class Decoder:
         if self.trim.end is None or packet.dts is None:
             return False
         return bool(packet.dts * packet.time_base >= self.trim.end + by_seconds)
+
+    def _is_read_to_end(self) -> bool:
+        """True when the last packet in the index of an mp4 was read; False for fragments."""
+        video = self.source.video
+        entries = video.index_entries
+        is_whole = bool(video.frames) and len(entries) > 0
+        return is_whole and bool(entries[-1].timestamp == self._last_dts)
 
     def _flush_packet(self) -> Any:
         packet = av.Packet()
@@ -203,7 +211,6 @@ class Decoder:
             picture.pict_type = PictureType.NONE
             picture.pts, picture.time_base = int(seconds / base), base
             picture.duration = int(duration / base)
-            self._last = seconds, max(1, picture.duration)
             yield Frame(picture, picture.pts, base, ColourTags.of(picture), turn_of(picture))
 
     def _begin(self) -> None:
@@ -215,12 +222,6 @@ class Decoder:
         if self.muxer.strict and self.convert.unasked:
             lost = f"the picture as it is: {'; '.join(self.convert.unasked)}"
             raise cannot_keep(self.convert.codec.name, lost, "Choose another codec, or leave")
-
-    @property
-    def media_seconds(self) -> Fraction:
-        """From 0 to the end of the last frame."""
-        seconds, ticks = self._last
-        return seconds + ticks * self._base
 
     @property
     def expected_frames(self) -> int | None:

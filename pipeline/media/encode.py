@@ -21,6 +21,9 @@ from makeup_video.pipeline.media.sample_description import DOLBY_VISION, lost_de
 from makeup_video.pipeline.media.scheduling import open_encoder
 
 _STOP_SECONDS = 0.5  # after Ctrl-C, flushing the encoder may take no longer than this
+# A video of so few frames has no B-frames. x265 returns random decoding times for it, which mp4
+# and mov often refuse.
+_FEW_FRAMES = 2
 _BOTTOM_FIRST = (3, 4)  # FFmpeg's AV_FIELD_BB and AV_FIELD_TB: which field is shown first
 
 
@@ -48,6 +51,7 @@ class VideoEncoder:
     first_packet_at: when the first packet came, in seconds of Unix time; None before.
     max_pts_error_seconds: the largest distance between a frame's time and the time written.
     headers: the encoder's parameter sets as FFmpeg's extradata, once it is open.
+    After the run `media_seconds` is the length of the frames, from the first one on.
     """
 
     def __init__(
@@ -66,7 +70,11 @@ class VideoEncoder:
         self.headers = b""
         self._stream: Any = None
         self._tick = Fraction(0)
+        self._frames = 0
+        self._first_pts: int | None = None
         self._last_pts: int | None = None
+        self._last_duration = 1
+        self._durations: dict[int, int] = {}  # of the frames in the encoder, by time
         self._is_interlaced = False
 
     def __call__(self, frame: Frame) -> None:
@@ -82,7 +90,11 @@ class VideoEncoder:
         if not is_same:
             duration = round(duration * frame.time_base / self._tick)
         picture.pts, picture.time_base = self._ticks(frame, is_same), self._tick
-        picture.duration = duration
+        picture.duration = self._durations[picture.pts] = duration
+        if self._first_pts is None:
+            self._first_pts = picture.pts
+        self._last_duration = max(1, duration)
+        self._frames += 1
         for packet in self._encode(picture):
             self._write(packet)
 
@@ -92,12 +104,22 @@ class VideoEncoder:
             return
         deadline = time.monotonic() + _STOP_SECONDS
         for packet in self._encode(None):  # the whole video, when it is shorter than the look-ahead
+            if self._frames <= _FEW_FRAMES:
+                packet.dts = packet.pts
             self._write(packet)
             if stopped and time.monotonic() > deadline:
                 break
         self.muxer.finish(keep_part=stopped)
 
+    @property
+    def media_seconds(self) -> Fraction:
+        if self._first_pts is None or self._last_pts is None:
+            return Fraction(0)
+        return (self._last_pts + self._last_duration - self._first_pts) * self._tick
+
     def _write(self, packet: Any) -> None:
+        # SVT-AV1 loses the durations, and FFmpeg's muxers would guess the last one
+        packet.duration = self._durations.pop(packet.pts, 0) or packet.duration
         self.muxer.write(packet)
         self.first_packet_at = self.first_packet_at or time.time()
 
@@ -155,7 +177,7 @@ class VideoEncoder:
         context.thread_count = self.threads
         # PyAV's default is slice threads; x264 keeps two cores busier with frame threads
         context.thread_type = "AUTO"
-        # passes every frame's own duration on, so that the last one keeps its length
+        # libvpx then counts with every frame's own duration
         context.flags |= Flags.frame_duration
         context.sample_aspect_ratio = self.source.video.sample_aspect_ratio or Fraction(0, 1)
         self._keep_fields(context, frame)

@@ -1,7 +1,7 @@
 """Presentation times that strictly increase, whatever the container declares."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import av
 from makeup_video.pipeline.media.input_file import VideoSource
@@ -23,13 +23,14 @@ def has_guessed_times(source: VideoSource) -> bool:
 
 
 def until_next(
-    pictures: Iterable[tuple[av.VideoFrame, int]], end: int | None
+    pictures: Iterable[tuple[av.VideoFrame, int]], end: int | None, stays: Callable[[], bool]
 ) -> Iterator[tuple[av.VideoFrame, int, int]]:
     """(picture, time, duration) of pictures in order of time, none shown beyond the next one.
 
     mp4 stores durations in the order of decoding, so FFmpeg may give the length of a picture that
     stands still to another one.
-    end: of the last picture; None: where its own duration ends.
+    end: of the last picture; None: where its own duration ends.  stays: asked behind the last one,
+    whether it lasts until `end` in any case.
     """
     held: tuple[av.VideoFrame, int] | None = None
     for picture, pts in pictures:
@@ -38,8 +39,10 @@ def until_next(
         held = picture, pts
     if held is not None:
         picture, pts = held
-        longest = picture.duration if end is None or end <= pts else end - pts
-        yield picture, pts, min(picture.duration, longest)
+        duration = picture.duration
+        if end is not None and end > pts:
+            duration = end - pts if stays() else min(duration, end - pts)
+        yield picture, pts, duration
 
 
 class FrameTimes:

@@ -13,6 +13,7 @@ from av.stream import Disposition
 from makeup_video.pipeline.errors import DecodeError, InputError, reason_of
 from makeup_video.pipeline.files.marks import PNG_MARK
 from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.media.gif import is_opaque
 from makeup_video.pipeline.media.mp4_boxes import lacks_index
 
 # Containers and bare streams only. A playlist (hls, concat, dash, sdp) would make FFmpeg open files
@@ -40,7 +41,7 @@ class VideoSource:
 
     rate: frames per second for display and rate control, never for times.
     expected_frames: the container's count, for progress; None when it declares none.
-    has_alpha: the video has transparency.
+    has_alpha: the video has transparency.  is_opaque: its pixel format has, and no picture does.
     tags: the container's colour tags, for frames that have none of their own.
     """
 
@@ -50,6 +51,7 @@ class VideoSource:
     rate: Fraction
     expected_frames: int | None
     has_alpha: bool
+    is_opaque: bool
     tags: ColourTags
     _taken: dict[int, object] = field(default_factory=dict, repr=False)  # by stream, a decoder
     _reopened: list[Any] = field(default_factory=list, repr=False)
@@ -245,8 +247,14 @@ def _describe(path: Path, container: Any) -> VideoSource:
     expected = video.frames or _frames_from_duration(container, video, rate)
     fmt = video.codec_context.format
     alpha = (fmt is not None and any(c.is_alpha for c in fmt.components)) or _alpha_mode(video)
+    opaque = container.format.name == "gif" and _is_opaque_gif(path)
     tags = ColourTags.of(video.codec_context)
-    return VideoSource(path, container, video, rate, expected, alpha, tags)
+    return VideoSource(path, container, video, rate, expected, alpha and not opaque, opaque, tags)
+
+
+def _is_opaque_gif(path: Path) -> bool:
+    with open_container(path) as again:
+        return is_opaque(path, again)
 
 
 def _alpha_mode(video: Any) -> bool:

@@ -12,9 +12,10 @@ from av.stream import Disposition
 from makeup_video.pipeline.errors import OutputError, cannot_keep
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.media.clip import Clip
-from makeup_video.pipeline.media.codecs import MATROSKA
+from makeup_video.pipeline.media.codecs import MATROSKA, MP4
 from makeup_video.pipeline.media.input_file import VideoSource, is_cover
 from makeup_video.pipeline.media.matroska import set_display_size
+from makeup_video.pipeline.media.mp4_length import TrackLength
 from makeup_video.pipeline.media.mp4_tracks import hide_subtitles
 from makeup_video.pipeline.media.other_streams import OtherStreams
 from makeup_video.pipeline.media.streams import container_options, label_of, shown_wh, tags
@@ -53,6 +54,7 @@ class Muxer:
         self._container: Any = None
         self._video: Any = None
         self._video_number = 0
+        self._length = TrackLength() if container_format in MP4 else None
         self._shown_wh: tuple[int, int] | Fraction | None = None
         self._others: OtherStreams
         self._sent: dict[int, SentStream] = {}
@@ -152,7 +154,8 @@ class Muxer:
     def write(self, packet: Any) -> None:
         """Mux a packet of the painted video."""
         with self._lock, write_errors(self.part):
-            self._mux(self._video, packet)
+            for ready in [packet] if self._length is None else self._length(packet):
+                self._mux(self._video, ready)
             self.video_packets += 1
 
     def copy(self, packet: Any, *, is_hidden: bool | None = None) -> None:
@@ -241,6 +244,8 @@ class Muxer:
         with self._lock, write_errors(self.part):
             for converter in self._others.converters:
                 self._mux_others(converter.stream, self._unless_damaged(converter.flush))
+            for packet in [] if self._length is None else self._length.finish():
+                self._mux(self._video, packet)
             hides_subtitles = self._hides_subtitles()
             self._container.close()
             if hides_subtitles:

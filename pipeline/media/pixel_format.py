@@ -67,14 +67,22 @@ class ConvertPixelFormat:
 
     A picture that already fits is returned as it is, without a copy.
     depth: bits per sample; None: those usual for the codec.  sdr: PQ and HLG become SDR.
+    is_opaque: pictures of RGB with transparency do not show through anywhere.
     conversions: what changes.  unasked: those conversions that neither depth nor sdr asked for.
     dropped: what the conversion loses.
     mended: how many damaged pictures had samples beyond their depth. They are clipped, since
     neither x264 nor the kernels can take them.
     """
 
-    def __init__(self, codec: VideoCodec, depth: int | None = None, *, sdr: bool = False) -> None:
-        self.codec, self.depth, self.sdr = codec, depth, sdr
+    def __init__(
+        self,
+        codec: VideoCodec,
+        depth: int | None = None,
+        *,
+        sdr: bool = False,
+        is_opaque: bool = False,
+    ) -> None:
+        self.codec, self.depth, self.sdr, self._is_opaque = codec, depth, sdr, is_opaque
         self.conversions: list[str] = []
         self.unasked: list[str] = []
         self.dropped: list[str] = []
@@ -107,7 +115,8 @@ class ConvertPixelFormat:
         return picture if padded_wh == key[:2] else _pad(picture, padded_wh)
 
     def _begin(self, picture: av.VideoFrame) -> None:
-        self._pix_fmt = pick_pix_fmt(picture.format.name, self.codec, self.depth)
+        name = "rgb24" if self._is_opaque else picture.format.name
+        self._pix_fmt = pick_pix_fmt(name, self.codec, self.depth)
         if self.sdr and picture.color_trc in HDR_TRANSFERS:
             from makeup_video.pipeline.media.to_sdr import ToSdr
 
@@ -133,7 +142,8 @@ class ConvertPixelFormat:
 
     def _note(self, picture: av.VideoFrame) -> None:
         name = picture.format.name
-        if _has_alpha(picture.format) and not _has_alpha(av.VideoFormat(self._pix_fmt)):
+        has_alpha = _has_alpha(picture.format) and not self._is_opaque
+        if has_alpha and not _has_alpha(av.VideoFormat(self._pix_fmt)):
             self.dropped.append(
                 f"transparency: {self.codec.name} has none here; {_transparent_codecs()} keep it"
             )

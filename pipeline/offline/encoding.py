@@ -27,6 +27,7 @@ class Encoding:
     frame_px: of the output; before and after side by side have twice the pixels of the source.
     depth: bits a sample; None: those usual for the codec.  sdr: HDR becomes SDR.
     note: how the encoder was chosen, where hardware was asked for.
+    is_opaque: as VideoSource.
     """
 
     container: str
@@ -36,9 +37,10 @@ class Encoding:
     depth: int | None
     sdr: bool
     note: str = ""
+    is_opaque: bool = False
 
     def convert(self) -> ConvertPixelFormat:
-        return ConvertPixelFormat(self.codec, self.depth, sdr=self.sdr)
+        return ConvertPixelFormat(self.codec, self.depth, sdr=self.sdr, is_opaque=self.is_opaque)
 
     def encoder(
         self, writer: PacketWriter, source: VideoSource, threads: int | None
@@ -66,7 +68,8 @@ def choose_encoding(source: VideoSource, output: Path, settings: Settings) -> En
         codec, note = pick_encoder(codec, settings.hardware, _needs(source, depth, settings))
     options = encoder_options(codec, settings.crf, settings.preset)
     frame_px = source.frame_px * (2 if settings.compare else 1)
-    return Encoding(container, codec, options, frame_px, depth, settings.sdr, note)
+    sdr, is_opaque = settings.sdr, source.is_opaque
+    return Encoding(container, codec, options, frame_px, depth, sdr, note, is_opaque)
 
 
 def _needs(source: VideoSource, depth: int | None, settings: Settings) -> EncoderNeeds:

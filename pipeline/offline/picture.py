@@ -17,6 +17,7 @@ from makeup_video.pipeline.frames.orientation import Orientation
 from makeup_video.pipeline.frames.rgb import PICTURE_TAGS, as_uint8, merge, to_frame, with_colour
 from makeup_video.pipeline.images.exif import orientation, without_thumbnail
 from makeup_video.pipeline.images.file_tags import FileTags, file_tags, with_file_tags
+from makeup_video.pipeline.images.heif import bit_depth, is_heif
 from makeup_video.pipeline.images.icc import is_display_p3
 from makeup_video.pipeline.images.picture_file import (
     EXIF,
@@ -41,6 +42,7 @@ class OpenedPicture:
 
     stored: its pixels, as decode_picture returns them, with the metadata.  frame: the same for the
     painter.  tags: what its file holds beside that.  bytes_in: size of the file.
+    depth: bits a sample of the file; deep photos are stored in 16 bits.
     """
 
     path: Path
@@ -50,6 +52,7 @@ class OpenedPicture:
     frame: Frame
     tags: FileTags
     bytes_in: int
+    depth: int
 
 
 def open_picture(path: Path) -> OpenedPicture:
@@ -61,7 +64,10 @@ def open_picture(path: Path) -> OpenedPicture:
     is_wide = profile is not None and is_display_p3(profile)
     tags = replace(PICTURE_TAGS, primaries=_DISPLAY_P3) if is_wide else PICTURE_TAGS
     frame = to_frame(stored, stored_as.turn_degrees, tags)
-    return OpenedPicture(path, stored, metadata, stored_as, frame, file_tags(data), len(data))
+    depth = bit_depth(data) if is_heif(data) else 8 * stored.itemsize
+    return OpenedPicture(
+        path, stored, metadata, stored_as, frame, file_tags(data), len(data), depth
+    )
 
 
 def check_suffix(src: Path, dst: Path) -> None:
@@ -121,7 +127,7 @@ def _write(
     metadata = _of_these_colours(_without_thumbnail(picture.metadata), painted, report)
     report.conversions += picture.tags.conversions
     is_lost_in_png = bool(report.dropped or report.conversions) or _loses_tags(picture.tags)
-    written = encode_picture(target.part, _fitting(painted, report), metadata)
+    written = encode_picture(target.part, _fitting(painted, picture.depth, report), metadata)
     report.dropped += _lost_metadata(written, target.part, metadata)
     written, lost_tags = with_file_tags(written, codec, picture.tags)
     report.dropped += lost_tags
@@ -139,13 +145,16 @@ def _loses_tags(tags: FileTags) -> bool:
     return bool(tags.lost or (tags.names and tags.kind != "png"))
 
 
-def _fitting(pixels: np.ndarray, report: Report) -> np.ndarray:
-    """Pixels that the output format can hold: PNG all, WebP 8 bits, JPEG 8 bits without alpha."""
+def _fitting(pixels: np.ndarray, depth: int, report: Report) -> np.ndarray:
+    """Pixels that the output format can hold: PNG all, WebP 8 bits, JPEG 8 bits without alpha.
+
+    depth: bits a sample of the source, for the report.
+    """
     name = {"jpeg": "JPEG", "webp": "WebP"}.get(report.codec)
     if name is None:
         return pixels
     if pixels.dtype != np.uint8:
-        report.conversions.append(f"16 bits -> 8 bits ({name})")
+        report.conversions.append(f"{depth} bits -> 8 bits ({name})")
         pixels = as_uint8(pixels)
     if pixels.shape[2] == 4 and name == "JPEG":
         report.dropped.append("transparency: JPEG has none; laid on white (use .png to keep it)")

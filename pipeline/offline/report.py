@@ -27,6 +27,7 @@ class Report:
     painted_frames: how many frames were painted; None where nothing was to be painted.
     why_unpainted: the reason when none was painted although faces were found.
     segments: how many the video was painted in.  why_whole: why it was not split as asked.
+    media_seconds: the length of the video that was painted, from its first frame on.
     first_packet_unix_seconds: the wall clock when the first packet of video was written.
     peak_memory_bytes: of the process that held the most.
     stages: items, busy_seconds and cpu_seconds of each actor.

@@ -153,7 +153,7 @@ def _painted(
         max_pts_error_seconds=float(encoder.max_pts_error_seconds),
         corrupt_frames=decoder.stats.corrupt_frames,
         decode_errors=decoder.stats.decode_errors,
-        media_seconds=float(decoder.media_seconds),
+        media_seconds=float(encoder.media_seconds),
         dropped=writer.later,
         first_packet_unix_seconds=encoder.first_packet_at,
         stages={name: asdict(times) for name, times in runner.times.items()},

@@ -154,7 +154,7 @@ def _add(report: Report, painted: PaintedSegments, look: Look, settings: Setting
     parts = [result.report for result in painted.results]
     report.segments = len(parts)
     report.max_pts_error_seconds = max(part.max_pts_error_seconds for part in parts)
-    report.media_seconds = parts[-1].media_seconds
+    report.media_seconds = sum(part.media_seconds for part in parts)
     report.first_packet_unix_seconds = min(
         (at for part in parts if (at := part.first_packet_unix_seconds) is not None), default=None
     )

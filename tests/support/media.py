@@ -3,11 +3,13 @@
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import av
 import numpy as np
+from av.codec.context import Flags
 from av.video.reformatter import ColorRange, VideoReformatter
 from makeup_video.pipeline.media.scheduling import open_encoder
 
@@ -136,23 +138,42 @@ def make_clip(
     *,
     frames: int = 12,
     pts: Sequence[int] | None = None,
+    last: int | None = None,
     audio: str | None = None,
     options: dict[str, str] | None = None,
     container_options: dict[str, str] | None = None,
     rotation_degrees: int | None = None,
     **video: Any,
 ) -> Path:
-    """Write a short clip: one video stream, and one audio stream if `audio` names a codec."""
+    """Write a short clip: one video stream, and one audio stream if `audio` names a codec.
+
+    last: the duration of the last frame of `pts`, all other frames last until the next one;
+    None: the encoder guesses durations.
+    """
     with av.open(str(path), "w", container_options=container_options or {}) as out:
         stream = add_video(out, codec, options=options, **video)
         if rotation_degrees is not None:
             stream.set_display_rotation(rotation_degrees)
         sound = out.add_stream(audio, rate=48000, layout="stereo") if audio else None
-        encode_frames(out, stream, pts if pts is not None else range(frames))
+        change = None
+        if pts is not None and last is not None:
+            stream.codec_context.flags |= Flags.frame_duration
+            change = _lasting([b - a for a, b in pairwise([*pts, pts[-1] + last])])
+        encode_frames(out, stream, pts if pts is not None else range(frames), change=change)
         if sound is not None:
             tick = stream.codec_context.time_base
             tone(out, sound, float((max(pts) if pts else frames) * tick))
     return path
+
+
+def _lasting(durations: Sequence[int]) -> Callable[[av.VideoFrame, int], av.VideoFrame]:
+    """A change for `encode_frames` that gives each frame its duration, in ticks."""
+
+    def change(frame: av.VideoFrame, index: int) -> av.VideoFrame:
+        frame.duration = durations[index]
+        return frame
+
+    return change
 
 
 def packets_of(path: Path, kind: str, index: int = 0) -> list[tuple[Fraction | None, bytes]]:

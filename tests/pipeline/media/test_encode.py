@@ -158,6 +158,40 @@ def test_the_sources_frame_types_do_not_become_the_encoders(tmp_path):
     assert sum(keys) < 4
 
 
+@pytest.mark.parametrize("name", list(CODECS))
+def test_the_last_frame_keeps_its_length(tmp_path, name):
+    """SVT-AV1 returns packets without a duration, for which FFmpeg's muxers put in the mean."""
+    pts = range(0, 1000, 100)
+    src = make_clip(
+        tmp_path / "in.mkv", "ffv1", pts=pts, last=2000, time_base=Fraction(1, 1000), rate=10
+    )
+    for container in CODECS[name].containers:
+        end = "mkv" if container == "matroska" else container
+        dst = tmp_path / f"out.{end}"
+        report = process_video(src, dst, None, Settings(codec=name))
+        assert float(report.media_seconds) == pytest.approx(2.9)
+        with av.open(str(dst)) as written:
+            assert written.duration == 2_900_000
+
+
+@pytest.mark.parametrize("frames", [1, 2])
+def test_few_frames_of_hevc_have_decoding_times(tmp_path, frames):
+    """x265 returns random ones, most of which mp4 and mov refuse."""
+    src = make_clip(tmp_path / "in.mp4", frames=frames)
+    for number in range(8):
+        dst = tmp_path / f"{number}.mov"
+        process_video(src, dst, None, Settings(codec="hevc"))
+        with av.open(str(dst)) as container:
+            times = [(p.dts, p.pts) for p in container.demux(video=0) if p.size]
+        assert times == [(512 * index, 512 * index) for index in range(frames)]
+
+
+def test_the_length_counts_from_the_first_frame_on(tmp_path):
+    src = make_clip(tmp_path / "in.mkv", "ffv1", pts=range(30, 42))
+    report = process_video(src, tmp_path / "out.mp4")
+    assert report.media_seconds == pytest.approx(0.4, abs=0.001)
+
+
 def tag_of(path, index=0):
     with av.open(str(path)) as container:
         return container.streams.video[index].codec_context.codec_tag

@@ -79,13 +79,17 @@ def test_after_a_clock_begins_anew_pictures_keep_their_length():
     pts=st.lists(st.integers(-500, 500), unique=True, min_size=1).map(sorted),
     lengths=st.lists(st.integers(0, 600), min_size=100, max_size=100),
     end=st.none() | st.integers(-600, 600),
+    stays=st.booleans(),
 )
-def test_no_picture_is_shown_beyond_the_next_one(pts, lengths, end):
+def test_no_picture_is_shown_beyond_the_next_one(pts, lengths, end, stays):
     pictures = [SimpleNamespace(duration=length) for length in lengths[: len(pts)]]
-    got = list(until_next(zip(pictures, pts, strict=False), end))
+    got = list(until_next(zip(pictures, pts, strict=False), end, lambda: stays))
     assert [(picture, begin) for picture, begin, _ in got] == list(zip(pictures, pts, strict=False))
     known = end is not None and end > pts[-1]
     ends = [*pts[1:], end if known else pts[-1] + 600]
+    if stays and known:
+        *got, (_, begin, duration) = got
+        assert duration == ends.pop() - begin
     for (picture, begin, duration), until in zip(got, ends, strict=True):
         assert duration == min(picture.duration, until - begin)
 

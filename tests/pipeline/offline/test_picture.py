@@ -8,6 +8,7 @@ import av
 import cv2
 import numpy as np
 import pytest
+from heif_files import heic
 from icc_profiles import DISPLAY_P3, SRGB_CURVE, profile
 from makeup_video.kernels.colour import SRGB, from_srgb_primaries, to_encoded, to_linear
 from makeup_video.pipeline import (
@@ -130,6 +131,15 @@ def test_16_bits_into_an_8_bit_format_are_reported(tmp_path, end):
     src = write(tmp_path / "in.png", scene(dtype=np.uint16))
     report = process_video(src, tmp_path / f"out{end}")
     assert report.conversions == [f"16 bits -> 8 bits ({'JPEG' if end == '.jpg' else 'WebP'})"]
+
+
+@pytest.mark.parametrize("bits", [10, 12])
+def test_a_deep_photo_is_reported_with_its_own_depth(tmp_path, bits):
+    src = tmp_path / "in.heic"
+    src.write_bytes(heic(scene((64, 64, 3)), bit_depth=bits))
+    assert process_video(src, tmp_path / "out.png").conversions == []
+    report = process_video(src, tmp_path / "out.jpg")
+    assert report.conversions == [f"{bits} bits -> 8 bits (JPEG)"]
 
 
 @pytest.mark.parametrize("kind", ["16 bits", "transparent"])

@@ -53,6 +53,24 @@ def test_segments_of_every_codec_are_joined(tmp_path, codec, end):
     assert report.segments == 2 and differences(whole, split) == []
 
 
+@pytest.mark.parametrize(("codec", "end"), [("h264", ".mp4"), ("av1", ".mp4"), ("vp9", ".webm")])
+def test_segments_are_as_long_as_one_run(tmp_path, codec, end):
+    """The video begins late, and its last frame stands still."""
+    pts = [500 + 40 * index for index in range(60)]
+    src = make_clip(
+        tmp_path / "in.mp4", pts=pts, last=2000, time_base=Fraction(1, 1000), options=GROUP,
+        container_options={"video_track_timescale": "1000"},
+    )  # fmt: skip
+    whole, split, report = both(src, tmp_path, end, codec=codec)
+    assert report.segments > 1 and differences(whole, split) == []
+    assert report.media_seconds == pytest.approx(4.36)
+    ends = []
+    for path in (whole, split):
+        with av.open(str(path)) as container:
+            ends.append(container.duration)
+    assert ends[0] == ends[1] == pytest.approx(4_360_000 + (0 if end == ".mp4" else 500_000))
+
+
 def test_transparency_is_kept_in_segments(tmp_path):
     src = make_clip(tmp_path / "in.mkv", "ffv1", frames=60, pix_fmt="yuva420p")
     _, split, report = both(src, tmp_path, ".webm")

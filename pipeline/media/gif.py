@@ -1,0 +1,50 @@
+"""Tells GIFs that show through from those that do not: GIF89a, sections 20 to 23.
+
+FFmpeg gives the pictures of every GIF transparency.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, Any
+
+import av
+
+_HEAD = 10  # bytes before the flags of the screen
+_EXTENSION, _CONTROL, _PICTURE = b"\x21", b"\xf9", b"\x2c"
+_STAYS = (0, 1)  # ways to go on from a picture: not said, and drawing the next one over it
+
+
+def is_opaque(path: Path, container: Any) -> bool:
+    """True when the first picture is opaque and all others are drawn over what is there.
+
+    container: the GIF, opened for this alone.  A damaged GIF counts as transparent.
+    """
+    try:
+        first = next(container.decode(container.streams.video[0]), None)
+        if first is None or first.to_ndarray(format="bgra")[..., 3].min() < 255:
+            return False
+        with path.open("rb") as file:
+            return all(way in _STAYS for way in _disposals(file))
+    except (av.FFmpegError, OSError, IndexError):
+        return False
+
+
+def _disposals(file: IO[bytes]) -> Iterator[int]:
+    """The disposal method of each picture that declares one. Raises IndexError at a cut."""
+    file.seek(_HEAD)
+    _skip_colours(file, file.read(3)[0])
+    while (kind := file.read(1)) in (_EXTENSION, _PICTURE):
+        if kind == _PICTURE:
+            _skip_colours(file, file.read(9)[8])
+            file.seek(1, 1)  # the size of its codes
+        elif file.read(1) == _CONTROL:
+            yield file.read(2)[1] >> 2 & 7
+            file.seek(-2, 1)
+        while size := file.read(1)[0]:
+            file.seek(size, 1)
+
+
+def _skip_colours(file: IO[bytes], flags: int) -> None:
+    """Go past the table of colours that the flags announce, if any."""
+    if flags & 0x80:
+        file.seek(3 << (flags & 7) + 1, 1)
