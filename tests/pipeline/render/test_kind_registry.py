@@ -39,7 +39,7 @@ def _coats(at: FaceFields, product, shape):
 
 
 KIND = Kind(
-    name="freckles", part="freckles", title="Freckles", product="Freckle pen", hidden="cheeks",
+    name="freckles", part="freckles", title="Freckles", product="Freckle pen", must_see="cheeks",
     category="freckle", first_rgb=(120, 70, 50), first_finish="matte",
     finishes=LIPSTICK.finishes, is_read=False, order=15, region="face", coats=_coats, most=2,
     dials=(
