@@ -204,8 +204,8 @@ def _print_end(work: "BatchJobs", results: "dict[str, Result]", quiet: bool) -> 
     damaged = [one for one in results.values() if isinstance(one, Done) and one.damaged]
     if not quiet:
         log(f"{len(results) - len(failed)} of {len(results)} outputs done; {work.page} shows them")
-    hopeful = [one for one in failed if not is_hopeless(one)]
     hopeless = [one for one in failed if is_hopeless(one)]
+    hopeful = [one for one in failed if one not in hopeless]
     for some, advice in ((hopeful, "does them again"), (hopeless, "alone does not help")):
         if some:
             log(f"{len(some)} failed (--retry {advice}):")

@@ -216,7 +216,7 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
     def _check_worn(self, rows: "Sequence[NamedLook]", quiet: bool) -> None:
         """Log the rows that keep a part which an option gives, too, unless quiet.
 
-        Raises UsageError where every row gives that part: the option would change nothing.
+        Raises UsageError where every row gives that part: the option would change none of them.
         """
         from makeup_video.pipeline import UsageError
 

@@ -76,7 +76,8 @@ def plan_batch(jobs: Iterable[Job], journal: Journal, *, retry: bool, overwrite:
 
 
 def is_hopeless(failed: Failed) -> bool:
-    """Whether the same work would fail in the same way: for its options, or for a name."""
+    """Whether the same work alone would fail in the same way: for its options, for a name, or for
+    an output that is not free."""
     if isinstance(failed.error, UsageError | StrictError):
         return True
     try:

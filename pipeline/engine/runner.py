@@ -148,9 +148,10 @@ class Runner:
             raise StoppedError
 
     def _tick(self, on_tick: Callable[[int], None]) -> None:
-        """Call on_tick, unless the sink is finishing: an error would come too late to stop it."""
+        """Call on_tick, unless the sink is finishing, when an error would come too late to stop it,
+        or an actor has failed, whose error counts."""
         with self._ticking:
-            if self._is_finishing:
+            if self._is_finishing or self._first_error is not None:
                 return
             try:
                 on_tick(self.times[self.sink[0]].items)

@@ -87,7 +87,9 @@ def _apart(one: Origin, other: Origin) -> tuple[str, str]:
     pairs = (one.row or one.source, other.row or other.source), (one.look, other.look)
     whose = next((f" ({' and '.join(pair)})" for pair in pairs if len({"", *pair}) == 3), "")
     field = field_between(one, other)
-    return whose, "" if field is None else f", for example with {{{field}}}"
+    if field is not None:
+        return whose, f", for example with {{{field}}}"
+    return whose, "" if one.source == other.source else ", or rename an input"
 
 
 def check_place(output: str, source: Path | None, *, overwrite: bool) -> None:

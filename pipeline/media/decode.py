@@ -68,6 +68,7 @@ class Decoder:
         self._streams = [] if segment is None else [source.video]  # none: all of them
         self._base = source.time_base
         self._last_dts: int | None = None  # of the video's packets that were read
+        self._hides = False  # whether an edit list hides some of them
         self._context = _decoder_context(source, threads)
         self._times = FrameTimes(source)
         self._account = Account(source, self.trim, self._times)
@@ -151,6 +152,7 @@ class Decoder:
             if index == video and packet.size:
                 self.stats.packets += not packet.is_discard
                 self._last_dts = packet.dts
+                self._hides |= packet.is_discard
             elif self._is_past_end(packet):
                 self._ended.add(index)
             if self.trim.is_past_end:
@@ -165,8 +167,14 @@ class Decoder:
         return bool(packet.dts * packet.time_base >= self.trim.end + by_seconds)
 
     def _is_read_to_end(self) -> bool:
-        """True when the last packet in the index of an mp4 was read; False for fragments."""
+        """True when the last packet in the index of an mp4 was read, whose end the header knows.
+
+        False for fragments, and for a track that begins late and is cut: FFmpeg counts the delay
+        twice there.
+        """
         video = self.source.video
+        if self._hides and (video.start_time or 0) > 0:
+            return False
         entries = video.index_entries
         is_whole = bool(video.frames) and len(entries) > 0
         return is_whole and bool(entries[-1].timestamp == self._last_dts)

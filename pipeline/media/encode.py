@@ -51,7 +51,7 @@ class VideoEncoder:
     first_packet_at: when the first packet came, in seconds of Unix time; None before.
     max_pts_error_seconds: the largest distance between a frame's time and the time written.
     headers: the encoder's parameter sets as FFmpeg's extradata, once it is open.
-    After the run `media_seconds` is the length of the frames, from the first one on.
+    After the run `span` is when the first frame begins, and the last one ends, in seconds.
     """
 
     def __init__(
@@ -112,10 +112,11 @@ class VideoEncoder:
         self.muxer.finish(keep_part=stopped)
 
     @property
-    def media_seconds(self) -> Fraction:
+    def span(self) -> tuple[Fraction, Fraction]:
         if self._first_pts is None or self._last_pts is None:
-            return Fraction(0)
-        return (self._last_pts + self._last_duration - self._first_pts) * self._tick
+            return Fraction(0), Fraction(0)
+        end = self._last_pts + self._last_duration
+        return self._first_pts * self._tick, end * self._tick
 
     def _write(self, packet: Any) -> None:
         # SVT-AV1 loses the durations, and FFmpeg's muxers would guess the last one

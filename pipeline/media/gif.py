@@ -10,7 +10,7 @@ from typing import IO, Any
 import av
 
 _HEAD = 10  # bytes before the flags of the screen
-_EXTENSION, _CONTROL, _PICTURE = b"\x21", b"\xf9", b"\x2c"
+_EXTENSION, _CONTROL, _PICTURE, _END = b"\x21", b"\xf9", b"\x2c", b"\x3b"
 _STAYS = (0, 1)  # ways to go on from a picture: not said, and drawing the next one over it
 
 
@@ -30,7 +30,10 @@ def is_opaque(path: Path, container: Any) -> bool:
 
 
 def _disposals(file: IO[bytes]) -> Iterator[int]:
-    """The disposal method of each picture that declares one. Raises IndexError at a cut."""
+    """The disposal method of each picture that declares one.
+
+    Raises IndexError at a cut, and for another GIF behind this one, which FFmpeg decodes as well.
+    """
     file.seek(_HEAD)
     _skip_colours(file, file.read(3)[0])
     while (kind := file.read(1)) in (_EXTENSION, _PICTURE):
@@ -42,6 +45,8 @@ def _disposals(file: IO[bytes]) -> Iterator[int]:
             file.seek(-2, 1)
         while size := file.read(1)[0]:
             file.seek(size, 1)
+    if kind != _END or file.read(3) == b"GIF":
+        raise IndexError
 
 
 def _skip_colours(file: IO[bytes], flags: int) -> None:

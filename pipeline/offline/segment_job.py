@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, field, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, cast
 
@@ -81,6 +82,7 @@ class SegmentJob:
 class SegmentResult:
     """A painted segment, and what was counted; it can be pickled.
 
+    span: when its first frame begins, and its last one ends, in seconds of the video.
     before, after, numbers: as in SegmentFaces.  chosen_frames: as in Composite.
     largest_first, largest_id: the largest face when the segment began, and the one that was painted
     last as the largest.
@@ -90,6 +92,7 @@ class SegmentResult:
 
     file: SegmentFile
     report: Report
+    span: tuple[Fraction, Fraction]
     before: Sightings = field(default_factory=dict)
     after: Sightings = field(default_factory=dict)
     numbers: tuple[int, ...] = ()
@@ -153,12 +156,11 @@ def _painted(
         max_pts_error_seconds=float(encoder.max_pts_error_seconds),
         corrupt_frames=decoder.stats.corrupt_frames,
         decode_errors=decoder.stats.decode_errors,
-        media_seconds=float(encoder.media_seconds),
         dropped=writer.later,
         first_packet_unix_seconds=encoder.first_packet_at,
         stages={name: asdict(times) for name, times in runner.times.items()},
     )
-    return painting.result(writer.file(encoder.headers), report)
+    return painting.result(writer.file(encoder.headers), report, encoder.span)
 
 
 class _Painting:
@@ -204,17 +206,20 @@ class _Painting:
             ("composite", self._painter),
         ]
 
-    def result(self, file: SegmentFile, report: Report) -> SegmentResult:
+    def result(
+        self, file: SegmentFile, report: Report, span: tuple[Fraction, Fraction]
+    ) -> SegmentResult:
         """The result of a job; the counts of faces are written into the report."""
         faces = self._faces
         if faces is None:
-            return SegmentResult(file, report)
+            return SegmentResult(file, report, span)
         composite = self._composite
         report.frames_with_face, report.tiny_faces = faces.frames_with_face, faces.tiny_faces
         report.painted_frames = composite.painted_frames
         return SegmentResult(
             file,
             report,
+            span,
             faces.before,
             faces.after,
             tuple(faces.numbers),

@@ -154,7 +154,8 @@ def _add(report: Report, painted: PaintedSegments, look: Look, settings: Setting
     parts = [result.report for result in painted.results]
     report.segments = len(parts)
     report.max_pts_error_seconds = max(part.max_pts_error_seconds for part in parts)
-    report.media_seconds = sum(part.media_seconds for part in parts)
+    (begin, _), (_, end) = painted.results[0].span, painted.results[-1].span
+    report.media_seconds = float(end - begin)
     report.first_packet_unix_seconds = min(
         (at for part in parts if (at := part.first_packet_unix_seconds) is not None), default=None
     )

@@ -120,7 +120,7 @@ def video_report(
         dropped=muxer.dropped,
         converted=stats.moved + muxer.converted,
         conversions=list(decoder.convert.conversions),
-        media_seconds=float(encoder.media_seconds),
+        media_seconds=float(encoder.span[1] - encoder.span[0]),
         first_packet_unix_seconds=encoder.first_packet_at,
         bytes_in=source.container.size,
         bytes_out=muxer.bytes_out,

@@ -104,3 +104,16 @@ def test_only_what_its_user_stops_is_finished(error, raised, finished):
         runner(forever(), sink).run(tick, 0.01)
     assert sink.finished == finished
     assert our_threads() == []
+
+
+def test_an_error_of_a_stage_counts_before_one_of_a_report():
+    def failing():
+        yield 0
+        raise ValueError("no more frames")
+
+    def tick(done):
+        raise OSError("terminal gone")
+
+    with pytest.raises(ValueError, match="no more frames"):
+        runner(failing(), Sink()).run(tick, tick_seconds=60)
+    assert our_threads() == []

@@ -22,6 +22,7 @@ from makeup_video.pipeline.files.output_file import (
     target_of,
     write_errors,
 )
+from makeup_video.pipeline.files.template import Origin
 from media import decoded, make_clip
 
 
@@ -115,6 +116,14 @@ def test_names_too_long_are_compared_like_others(tmp_path):
     keep_apart(long, tmp_path / "a.mp4")
     with pytest.raises(UsageError, match="two outputs have the name"):
         check_apart([long, long])
+
+
+def test_inputs_that_no_field_tells_apart_may_be_renamed(tmp_path):
+    values = {"name": "a", "folder": "clips", "ext": "mp4"}
+    origins = [Origin(values, source, "glam") for source in ("clips/a.avi", "clips/a.mp4")]
+    with pytest.raises(UsageError, match=r"give each its own, or rename an input$") as caught:
+        check_apart([tmp_path / "a.mp4"] * 2, origins)
+    assert "(clips/a.avi and clips/a.mp4)" in str(caught.value)
 
 
 def test_an_output_that_names_a_folder_is_refused(tmp_path, source):

@@ -59,3 +59,13 @@ def test_a_video_with_two_edits_is_not_damaged(tmp_path, audio, end):
     with av.open(str(out)) as container:
         samples = sum(frame.samples for frame in container.decode(audio=0))
     assert samples / 48000 == pytest.approx(2, abs=0.05)
+
+
+@pytest.mark.parametrize("cut_ms", [1000, 1800])
+def test_a_video_that_begins_late_and_is_cut_ends_at_the_cut(tmp_path, cut_ms):
+    """FFmpeg's length of such a track counts the delay twice."""
+    path = make_clip(tmp_path / "in.mp4", frames=90, options={"bf": "0", "g": "30"})
+    src, out = with_edits(path, [(500, -1), (cut_ms, 0)]), tmp_path / "out.mp4"
+    report = process_video(src, out)
+    assert report.frames_out == round(cut_ms * 0.03)
+    assert report.media_seconds == pytest.approx(cut_ms / 1000, abs=0.001)

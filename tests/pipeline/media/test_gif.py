@@ -76,3 +76,13 @@ def test_a_gif_cut_short_counts_as_transparent(tmp_path):
     src.write_bytes(src.read_bytes()[:-2000])
     with closing(open_video(src)) as source:
         assert source.has_alpha and not source.is_opaque
+
+
+def test_a_second_gif_behind_the_first_one_counts(tmp_path):
+    """FFmpeg decodes the pictures of both."""
+    first = gif(tmp_path / "a.gif", frames(holes_from=None))
+    second = gif(tmp_path / "b.gif", frames(holes_from=0), disposal=1)
+    src = tmp_path / "in.gif"
+    src.write_bytes(first.read_bytes() + second.read_bytes())
+    with closing(open_video(src)) as source:
+        assert not source.is_opaque

@@ -71,6 +71,18 @@ def test_segments_are_as_long_as_one_run(tmp_path, codec, end):
     assert ends[0] == ends[1] == pytest.approx(4_360_000 + (0 if end == ".mp4" else 500_000))
 
 
+def test_pauses_before_seams_count_in_the_length(tmp_path):
+    pts = [40 * index + 5000 * (index // 30) for index in range(90)]
+    src = make_clip(
+        tmp_path / "in.mkv", pts=pts, time_base=Fraction(1, 1000), options={"g": "30", "bf": "0"}
+    )
+    whole = process_video(src, tmp_path / "one.mkv", None, Settings())
+    *_, report = both(src, tmp_path, ".mkv")
+    assert report.segments > 1
+    assert whole.media_seconds > 13
+    assert report.media_seconds == pytest.approx(whole.media_seconds)
+
+
 def test_transparency_is_kept_in_segments(tmp_path):
     src = make_clip(tmp_path / "in.mkv", "ffv1", frames=60, pix_fmt="yuva420p")
     _, split, report = both(src, tmp_path, ".webm")
