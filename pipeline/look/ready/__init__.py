@@ -78,6 +78,11 @@ def load_look(name: str) -> Look:
         return ready_look(name).look
     if name.lower().endswith(PHOTO_ENDINGS) and os.path.exists(name):
         raise LookError(f"{name} is a photo and no look file: use {option('ref', name)}")
+    if _is_there(name) and os.path.isdir(name):
+        raise LookError(
+            f"{name} is a folder: give a look file in it, or {option('looks', name)} where several "
+            "looks are painted"
+        )
     if _is_there(name) or not name:
         return Look.load(name)
     if name.lower().endswith(".json"):

@@ -100,7 +100,7 @@ def test_a_folder_does_not_hide_a_ready_look(tmp_path, monkeypatch):
     (tmp_path / "glam").mkdir()
     assert load_look("glam") == ready_look("glam").look and not is_file("glam")
     (tmp_path / "mine").mkdir()
-    with refused(LookError, "mine: a look file cannot be read: Is a directory"):
+    with refused(LookError, "mine is a folder: give a look file in it, or --looks mine where"):
         load_look("mine")
 
 
