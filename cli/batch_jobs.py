@@ -22,13 +22,13 @@ from makeup_video.pipeline.batch.sources import (
     NOT_PAINTED,
     check_some_exist,
     inputs_of,
-    is_named_as_picture,
     left_out_of,
 )
 from makeup_video.pipeline.files.output_file import check_apart
 from makeup_video.pipeline.files.template import Origin, Template
 from makeup_video.pipeline.images.picture_file import WRITERS
 from makeup_video.pipeline.look.kinds import PARTS
+from makeup_video.pipeline.look.ready import PHOTO_ENDINGS
 from makeup_video.pipeline.media.codecs import CONTAINERS
 
 _JOURNAL, _PAGE = "makeup-video.jsonl", "index.html"
@@ -56,8 +56,10 @@ class BatchJobs:
         """Whether one of these outputs would make a video of a picture, or a picture of a video,
         by their names."""
         sources = {look.output: job.source for job in self.jobs for look in job.looks}
-        pairs = ((Path(one), Path(sources[one])) for one in outputs)
-        return any(is_named_as_picture(one) != is_named_as_picture(other) for one, other in pairs)
+        return any(
+            one.lower().endswith(PHOTO_ENDINGS) != sources[one].lower().endswith(PHOTO_ENDINGS)
+            for one in outputs
+        )
 
 
 @dataclass(frozen=True, slots=True)

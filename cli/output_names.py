@@ -55,13 +55,13 @@ def fields_of(path: Path) -> dict[str, str]:
 def _written_as(path: Path) -> str:
     """The extension of the output for an input: its own, or jpg or mp4 for kinds that are read, and
     never written."""
-    from makeup_video.pipeline.batch.sources import is_named_as_picture
     from makeup_video.pipeline.images.picture_file import WRITERS
+    from makeup_video.pipeline.look.ready import PHOTO_ENDINGS
     from makeup_video.pipeline.media.codecs import CONTAINERS
 
     end = path.suffix.lower()
     if end and end not in (*WRITERS, *CONTAINERS):
-        return "jpg" if is_named_as_picture(path) else "mp4"
+        return "jpg" if end in PHOTO_ENDINGS else "mp4"
     return end.removeprefix(".")
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from makeup_video.pipeline.errors import InputError, UsageError
 from makeup_video.pipeline.files.local_file import local_file
+from makeup_video.pipeline.look.ready import PHOTO_ENDINGS
 
 # What a folder's files are taken for; other files of a folder are left alone.
 _VIDEOS = (
@@ -15,13 +16,8 @@ _VIDEOS = (
 )  # fmt: skip
 _PICTURES = (".jpg", ".jpeg", ".png", ".webp", ".heic", ".heif")
 # Pictures that are read only as the photo of a look.
-_OF_LOOKS = (".avif", ".bmp", ".tif", ".tiff")
+_OF_LOOKS = tuple(end for end in PHOTO_ENDINGS if end not in _PICTURES)
 NOT_PAINTED = "AVIF, BMP and TIFF pictures"
-
-
-def is_named_as_picture(path: Path) -> bool:
-    """Whether a file has the extension of a picture, of whatever kind."""
-    return path.suffix.lower() in (*_PICTURES, *_OF_LOOKS)
 
 
 def left_out_of(given: Sequence[str]) -> list[str]:

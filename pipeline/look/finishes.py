@@ -1,7 +1,7 @@
 """Finishes by their usual names: points of the 17-parameter space, without the colour."""
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 
 from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.look.kinds import KINDS, PARTS
@@ -26,6 +26,7 @@ _COVERS = (
     (0.0, "very light coverage"),
 )  # fmt: skip
 _SHEER_TO = 0.6  # opacity from which on no product is called sheer
+_BY_ROOT = "gloss", "reflection"  # numbers whose roots are compared
 
 
 # Parts that a look in words names when they are bare, too.
@@ -45,15 +46,21 @@ def nearest_finish(
     shimmers: bool = True,
 ) -> str:
     """The finish whose numbers are closest; shimmers: False leaves out those that shimmer."""
-    wanted = opacity, math.sqrt(gloss), gloss_roughness, math.sqrt(reflection)
-
-    def distance(name: str) -> float:
-        row = FINISHES[name][part]
-        numbers = row["opacity"], math.sqrt(row["gloss"]), row["gloss_roughness"]
-        return math.dist(wanted, (*numbers, math.sqrt(row["reflection"])))
-
+    numbers = {
+        "opacity": opacity, "gloss": gloss, "gloss_roughness": gloss_roughness,
+        "reflection": reflection,
+    }  # fmt: skip
     names = [name for name in FINISHES if shimmers or not FINISHES[name][part]["shimmer"]]
-    return min(names, key=distance)
+    return _closest(names, numbers, part)
+
+
+def _closest(names: Sequence[str], numbers: Mapping[str, float], part: str) -> str:
+    """Of these finishes, the one that these of its numbers are closest to."""
+
+    def on_scale(row: Mapping[str, float]) -> list[float]:
+        return [math.sqrt(row[key]) if key in _BY_ROOT else row[key] for key in numbers]
+
+    return min(names, key=lambda name: math.dist(on_scale(numbers), on_scale(FINISHES[name][part])))
 
 
 def in_words(params: GraphicsParams, part: str = "lips") -> str:
@@ -65,23 +72,14 @@ def in_words(params: GraphicsParams, part: str = "lips") -> str:
 def _finish_seen(params: GraphicsParams, part: str) -> str:
     """The finish that a product looks like. Gloss that mirrors nothing is gloss as well, and what
     covers more than lightly is not sheer."""
-
-    def distance(name: str) -> float:
-        row = FINISHES[name][part]
-        return math.dist(
-            (params.opacity, math.sqrt(params.gloss), params.gloss_roughness),
-            (row["opacity"], math.sqrt(row["gloss"]), row["gloss_roughness"]),
-        )
-
-    return min(
-        (
-            name
-            for name, parts in FINISHES.items()
-            if (params.shimmer > 0 or not parts[part]["shimmer"])
-            and (name != "sheer" or params.opacity < _SHEER_TO)
-        ),
-        key=distance,
-    )
+    names = [
+        name
+        for name, parts in FINISHES.items()
+        if (params.shimmer > 0 or not parts[part]["shimmer"])
+        and (name != "sheer" or params.opacity < _SHEER_TO)
+    ]
+    seen = ("opacity", "gloss", "gloss_roughness")
+    return _closest(names, {key: getattr(params, key) for key in seen}, part)
 
 
 def look_in_words(look: Look) -> str:

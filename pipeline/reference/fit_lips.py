@@ -16,7 +16,7 @@ from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.flat_lips import FlatLips
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
-from makeup_video.pipeline.reference.product_film import ProductFilm
+from makeup_video.pipeline.reference.product_film import ProductFilm, ramp
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
 # Bare lips, as training/worn/bare_skin.py measures, and how lipstick of opacity 1 shows on them, by
@@ -123,15 +123,9 @@ def _likely_gradient(seen: float, lightness: float, probability: float) -> float
 
     seen: by how the lips fade.
     """
-    deep, light = 1 - _ramp(lightness, _DEEP), _ramp(lightness, _LIGHT)
-    soft = _SOFT * light * (1 - _ramp(probability, _UNSURE))
+    deep, light = 1 - ramp(lightness, _DEEP), ramp(lightness, _LIGHT)
+    soft = _SOFT * light * (1 - ramp(probability, _UNSURE))
     return max(seen * (1 - (1 - _DEEP_SHARE) * deep), soft)
-
-
-def _ramp(value: float, ends: tuple[float, float]) -> float:
-    """0 up to the first end, 1 from the second one on."""
-    first, last = ends
-    return min(max((value - first) / (last - first), 0.0), 1.0)
 
 
 def _gloss(pixels: np.ndarray) -> float:

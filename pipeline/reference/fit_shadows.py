@@ -16,7 +16,7 @@ from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.first_shadows import first_shadows
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
-from makeup_video.pipeline.reference.product_film import likely_share
+from makeup_video.pipeline.reference.product_film import likely_share, ramp
 from makeup_video.pipeline.reference.shadow_cells import (
     columns_seen,
     density_of,
@@ -110,8 +110,7 @@ def _calm(seen: np.ndarray, skin: TypicalSkin, own: np.ndarray) -> np.ndarray:
     vivid: rose-brown became orange. Vivid colours stay so.  own: (3,) linear, the photo's skin.
     """
     lab, plain, light = skin.lab(seen), skin.lab(np.ones(3)), float(lab_of_linear(own)[0])
-    first, last = _PALE
-    pale = min(max((light - first) / (last - first), 0), 1)
+    pale = ramp(light, _PALE)
     hue = lab[..., 1:] - plain[1:]
     red = np.clip(hue[..., :1] / _RED, 0, 1)
     hue -= pale * _softness(hue) * red * _CALMER * hue
@@ -137,8 +136,7 @@ def _shaded(seen: np.ndarray, bare: np.ndarray, probability: float) -> np.ndarra
     """
     share = np.sqrt((bare**2 @ LUMINANCE) / np.maximum(seen**2 @ LUMINANCE, _FAINTEST))[..., None]
     as_light = bare / share
-    off, (first, last) = seen - as_light, _SURE
-    unsure = min(max((last - probability) / (last - first), 0), 1)
+    off, unsure = seen - as_light, 1 - ramp(probability, _SURE)
     more = _VIVID * (1 - unsure * _warmth(off)) * np.minimum(1 / share, 1) ** 4
     vivid = as_light + (1 + more) * off
     shaded: np.ndarray = np.maximum(vivid * np.minimum(share, 1) ** _EVENED, 0)
@@ -179,8 +177,7 @@ def _no_colder(
     products that look redder and yellower than grey, which stay as red and yellow as they look.
     labs_in_photo: (27, 24, 3), the cells in CIELAB, in full light of the photo's own hue.
     """
-    first, last = _WARM
-    warm = min(max((float(light[0] / light[2]) - first) / (last - first), 0), 1)
+    warm = ramp(float(light[0] / light[2]), _WARM)
     roots, labs = found.roots.copy(), skin.lab(seen)
     for root, density in zip(roots, found.densities, strict=True):
         there = density > _DENSE * density.max()

@@ -31,6 +31,12 @@ class ProductFilm:
         return roots
 
 
+def ramp(value: float, ends: tuple[float, float]) -> float:
+    """0 up to the first end, 1 from the second one on."""
+    first, last = ends
+    return min(max((value - first) / (last - first), 0.0), 1.0)
+
+
 def likely_share(probability: float, all_from: float, least: float) -> float:
     """The share of its opacity that a product is painted with: the less likely it is worn, the
     sheerer. It rises from `least` to 1, which it reaches at the probability `all_from`."""

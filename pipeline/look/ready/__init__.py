@@ -19,7 +19,7 @@ from makeup_video.pipeline.look.strict_json import read_json
 from makeup_video.pipeline.look.words import NONE, did_you_mean, plain
 
 _FOLDER = Path(__file__).parent
-PHOTO_ENDINGS = (  # of files that --look is given by mistake
+PHOTO_ENDINGS = (  # of all pictures that are read
     ".jpg", ".jpeg", ".png", ".webp", ".heic", ".heif", ".avif", ".tif", ".tiff", ".bmp",
 )  # fmt: skip
 
