@@ -102,10 +102,9 @@ class _Bar:
             self.close()
             self.title = title
             self._open(expected)
-        speed = self.bar.tasks[0].speed or 0.0
-        self.bar.update(
-            self.task, completed=done, fps=f"{speed:.0f} fps", times=f"{speed / rate:.1f}x"
-        )
+        speed = self.bar.tasks[0].speed  # None or 0 until rich has measured it
+        text = f"{speed:.0f} fps  {speed / rate:.1f}x real time" if speed else ""
+        self.bar.update(self.task, completed=done, speed=text)
 
     def _open(self, expected: int | None) -> None:
         from rich.progress import (
@@ -120,12 +119,12 @@ class _Bar:
             TextColumn("{task.description}", markup=False),
             BarColumn(),
             MofNCompleteColumn(),
-            TextColumn("{task.fields[fps]}  {task.fields[times]} real time"),
+            TextColumn("{task.fields[speed]}"),
             TimeRemainingColumn(),
             console=_console(),
             transient=True,
         )
-        self.task = self.bar.add_task(printable(self.title), total=expected, fps="", times="")
+        self.task = self.bar.add_task(printable(self.title), total=expected, speed="")
         self.bar.start()
 
     def say_compiling(self) -> None:

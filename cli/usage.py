@@ -1,6 +1,8 @@
 """Usage errors in one line: what is wrong, what was meant, which help to read."""
 
+import os
 import re
+import sys
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -9,6 +11,12 @@ from makeup_video.cli.outcome import as_typed, join_words, with_help_pages
 from makeup_video.pipeline.errors import closest
 
 _FEW = 3  # commands that a message names
+# options of which a command may take one value only, and what it then takes
+_TAKEN_ONCE = {
+    "--look": "takes one look",
+    "--ref": "takes one look",
+    "--output": "writes one output",
+}
 # by the first word of the type of pydantic's error
 _KINDS = {"int": "a whole number", "float": "a number"}
 
@@ -26,14 +34,16 @@ def check_colours(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
             ctx.fail(f"{word} has no colour: quote one that begins with #, as in {word} '#B4002E'")
 
 
-def check_one_look(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
-    """Raise a usage error where a command that takes one look is given several of an option: the
-    last one would count, and nobody would notice."""
-    single = {name for param in params if not param.multiple for name in param.opts}
-    for name in {"--look", "--ref"} & single:
-        given = [word for word in args if word.partition("=")[0] == name]
+def check_given_once(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
+    """Raise a usage error where a command that takes one look, or writes one output, is given
+    several: the last one would count, and nobody would notice."""
+    for param in params:
+        takes = next((_TAKEN_ONCE[name] for name in param.opts if name in _TAKEN_ONCE), "")
+        if not takes or param.multiple:
+            continue
+        given = [word for word in args if word.partition("=")[0] in param.opts]
         if len(given) > 1:
-            ctx.fail(f"{name} is given {len(given)} times, and this command takes one look")
+            ctx.fail(f"{_named(param)} is given {len(given)} times, and this command {takes}")
 
 
 def _takes_colour(param: Any) -> bool:
@@ -98,6 +108,9 @@ def _named(param: Any) -> str:
 def _unknown_option(option: str, ctx: Any, command: str) -> tuple[str, list[str]]:
     """The message about an unknown option, and the commands whose help lists what was meant."""
     text = f"{as_typed(command)} has no option {option}"
+    for word in sys.argv[1:]:
+        if word.startswith(option) and os.path.exists(word):
+            return f"{text}: the file is ./{word} here", [command]
     commands = ctx.find_root().command.commands
     owners = [name for name, other in commands.items() if option in _options(other.params)]
     if len(owners) > _FEW:
