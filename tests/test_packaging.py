@@ -143,8 +143,8 @@ def test_the_wheel_carries_every_source_file(tmp_path):
     for folder in ("pipeline/weights", "web/page"):
         for path in (ROOT / folder).iterdir():
             assert f"makeup_video/{folder}/{path.name}" in names
-    for name in ("lip_contours.json", "shut_eyes.csv"):
-        assert f"makeup_video/training/faces/{name}" in names
+    for name in ("faces/lip_contours.json", "faces/shut_eyes.csv", "worn/liners.csv"):
+        assert f"makeup_video/training/{name}" in names
 
 
 def test_test_files_and_names_stay_short_enough_to_read():

@@ -39,15 +39,15 @@ from makeup_video.pipeline.reference.fit_lips import fit_lips
 from makeup_video.pipeline.reference.fit_shadows import fit_shadows
 from makeup_video.pipeline.reference.liner import liner
 from makeup_video.pipeline.reference.lower_line import lower_line
-from makeup_video.pipeline.reference.nets import MAKEUP, WING, forget_nets, loading, reference_net
+from makeup_video.pipeline.reference.nets import LINER, MAKEUP, forget_nets, loading, reference_net
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
+from makeup_video.pipeline.reference.read_liner import LinerForm, read_liner
 from makeup_video.pipeline.reference.read_makeup import (
     WORN_FROM,
     Makeup,
     read_makeup,
 )
-from makeup_video.pipeline.reference.wing import Wing, read_wing
 from makeup_video.pipeline.render.scene import SceneLight
 
 # More shine is hardly ever worn: the nets take pale lips in bright photos for it, and the lips
@@ -150,7 +150,7 @@ def estimate_photo(
         raise UsageError(f"{option('face')} must be largest, or the number of a face, got {face!r}")
     check_memory(READ_PHOTO)
     try:
-        with loading([MAKEUP, *CROPS, WING]):
+        with loading([MAKEUP, *CROPS, LINER]):
             rgb8 = (
                 read(photo, name) if read and isinstance(photo, bytes) else read_photo(photo, name)
             )
@@ -205,8 +205,8 @@ class _Photo:
         return self.makeup.worn["eyeliner"] >= WORN_FROM["eyeliner"]
 
     @cached_property
-    def wing(self) -> Wing | None:
-        return read_wing(self.rgb8, self.face)
+    def liner_form(self) -> LinerForm:
+        return read_liner(self.rgb8, self.face)
 
     def product(self, region: str) -> GraphicsParams | None:
         """What the net of a crop reads, a key of CROPS; None when the region cannot be seen."""
@@ -235,7 +235,8 @@ def _eyeshadow(photo: _Photo) -> list[Layer]:
     if lid is None:
         return []
     seen, probability = photo.colours, photo.makeup.worn["eyeshadow"]
-    winged = photo.is_lined and photo.wing is not None and photo.wing.is_sure
+    wing = photo.liner_form.wing if photo.is_lined else None
+    winged = wing is not None and wing.is_sure
     return fit_shadows(seen.neutral, seen.eyes, lid, probability, photo.is_lined, winged)
 
 
@@ -244,7 +245,7 @@ def _eyeliner(photo: _Photo) -> list[Layer]:
         return []
     read = photo.makeup.layers["eyeliner", ""]
     lower = lower_line(photo.colours.eyes)
-    return [liner(read, photo.wing, lower, photo.makeup.worn["eyeliner"])]
+    return [liner(read, photo.liner_form, lower, photo.makeup.worn["eyeliner"])]
 
 
 def _blush(photo: _Photo) -> list[Layer]:

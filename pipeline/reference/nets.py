@@ -9,7 +9,7 @@ from makeup_video.pipeline.errors import InstallError
 from makeup_video.pipeline.faces.net import Net
 
 # The nets of the whole face and of the eyes' corners; the others are named like their crops.
-MAKEUP, WING = "makeup", "wing"
+MAKEUP, LINER = "makeup", "liner"
 _LOADING = threading.Lock()  # no net is loaded twice
 
 

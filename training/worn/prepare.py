@@ -77,12 +77,19 @@ def faces_of(
     pictures: Iterable[tuple[Path, list[int]]],
 ) -> Iterator[tuple[np.ndarray, Face, list[int]]]:
     """As labelled_faces, of these pictures with their labels."""
-    for path, known in pictures:
+    known = dict(pictures)
+    for path, rgb8, face in named_faces(known):
+        yield rgb8, face, known[path]
+
+
+def named_faces(paths: Iterable[Path]) -> Iterator[tuple[Path, np.ndarray, Face]]:
+    """The largest face of each picture, (H, W, 3) uint8, if it has one."""
+    for path in paths:
         bgr = cv2.imread(str(path))
         rgb8 = None if bgr is None else np.ascontiguousarray(bgr[..., ::-1])
         faces = [] if rgb8 is None else find_faces(rgb8)
         if rgb8 is not None and faces:
-            yield rgb8, faces[0], known
+            yield path, rgb8, faces[0]
 
 
 def painted(

@@ -1,4 +1,4 @@
-"""The wing of an eyeliner, as a net reads it from the outer corners of the eyes."""
+"""The form of an eyeliner, as a net reads it from the outer corners of the eyes."""
 
 from dataclasses import replace
 
@@ -7,7 +7,12 @@ import numpy as np
 import pytest
 from makeup_video.pipeline import Layer, Look, apply_look, find_faces, product
 from makeup_video.pipeline.faces.topology import EYE_CORNERS
-from makeup_video.pipeline.reference.wing import CORNER_WH, CORNER_XY, corner_inputs, read_wing
+from makeup_video.pipeline.reference.read_liner import (
+    CORNER_WH,
+    CORNER_XY,
+    corner_inputs,
+    read_liner,
+)
 from people import portrait
 from reference_photos import face
 
@@ -21,7 +26,7 @@ def lined(**shape):
 @pytest.mark.parametrize("length", [0.2, 0.3, 0.45])
 @pytest.mark.parametrize("angle", [15.0, 30.0, 45.0])
 def test_a_wing_is_read_with_length_and_angle(length, angle):
-    wing = read_wing(lined(wing=length, wing_angle=angle), face())
+    wing = read_liner(lined(wing=length, wing_angle=angle), face()).wing
     assert wing is not None
     assert wing.length == pytest.approx(length, abs=0.12)
     assert wing.angle == pytest.approx(angle, abs=15)
@@ -30,14 +35,14 @@ def test_a_wing_is_read_with_length_and_angle(length, angle):
 
 @pytest.mark.parametrize("thickness", [0.06, 0.12, 0.3])
 def test_a_liner_without_a_wing_and_bare_eyes_have_none(thickness):
-    assert read_wing(lined(thickness=thickness), face()) is None
-    assert read_wing(portrait(), face()) is None
+    assert read_liner(lined(thickness=thickness), face()).wing is None
+    assert read_liner(portrait(), face()).wing is None
 
 
 def test_a_mirrored_photo_has_the_same_wing():
     winged = lined(wing=0.35, wing_angle=30.0)
     other = np.ascontiguousarray(winged[:, ::-1])
-    wing, mirrored = read_wing(winged, face()), read_wing(other, find_faces(other)[0])
+    wing, mirrored = read_liner(winged, face()).wing, read_liner(other, find_faces(other)[0]).wing
     assert wing is not None and mirrored is not None
     assert mirrored.length == pytest.approx(wing.length, abs=0.06)
 
@@ -66,4 +71,4 @@ def test_an_eye_that_is_turned_away_does_not_count():
     x, y = outer.astype(int)
     hidden[y - 60 : y + 60, x - 20 :] = 128
     turned = replace(face(), points_px=points)
-    assert read_wing(hidden, turned) == read_wing(winged, turned)
+    assert read_liner(hidden, turned) == read_liner(winged, turned)

@@ -1,0 +1,100 @@
+"""Reads the form of an eyeliner, with a net that sees the outer corner of each eye.
+
+As the net of the whole face sees an eye, a line is a pixel or two: what it returns for the form of
+eyeliner on real photos is chance (docs/decisions/reference.md).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.topology import EYE_CORNERS
+from makeup_video.pipeline.frames.views import RgbPicture
+from makeup_video.pipeline.reference.nets import LINER, reference_net
+
+CORNER_WH = (112, 72)  # px of the net's input
+CORNER_XY = (70.0, 42.0)  # where the outer corner of the eye lies in it
+EYE_PX = 64.0  # width of the eye there
+ANGLE_UNIT = 60.0  # degrees that are 1 for the net
+# The inner corners, in the order of EYE_CORNERS.
+_INNER = (133, 362)
+# An eye that is narrower than this share of the other one is turned away, and does not count.
+_TURNED_AWAY = 0.8
+WING_FROM = 1.5  # log-odds: on real photos few eyes without a wing reach it
+_SURE_FROM = 3.5  # from here on what is dark beside the corner is the wing, not smoke
+# What the net returns varies less than what people see: by so much.
+_LONGER = 1.2
+_THICKER, _THINNER = 1.74, 0.1
+_THINNEST = 0.03
+_LOWEST_ANGLE = -0.5  # of ANGLE_UNIT, as low as the dial goes
+
+
+@dataclass(frozen=True, slots=True)
+class Wing:
+    """The dials of eyeliner that describe its wing: length in widths of the eye, and degrees.
+
+    is_sure: a wing that cannot be smoke.
+    """
+
+    length: float
+    angle: float
+    is_sure: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class LinerForm:
+    """The dials of eyeliner that describe its form.
+
+    thickness: in heights of the open eye.  wing: None where none is seen.
+    """
+
+    thickness: float
+    wing: Wing | None = None
+
+
+def read_liner(rgb8: np.ndarray, face: Face) -> LinerForm:
+    """The form of a face's eyeliner, which is taken to be worn.
+
+    rgb8: (H, W, 3) uint8, R'G'B'.  Raises InstallError without the net.
+    """
+    log_odds, length, angle, thickness = liner_numbers(rgb8, face).tolist()
+    wing = None
+    if log_odds >= WING_FROM:
+        length, angle = min(max(_LONGER * length, 0.0), 1.0), min(max(angle, _LOWEST_ANGLE), 1.0)
+        wing = Wing(round(length, 3), round(ANGLE_UNIT * angle, 1), log_odds >= _SURE_FROM)
+    thickness = min(max(_THICKER * thickness - _THINNER, _THINNEST), 1.0)
+    return LinerForm(round(thickness, 3), wing)
+
+
+def liner_numbers(rgb8: np.ndarray, face: Face) -> np.ndarray:
+    """(4,) the mean over both eyes of what the net returns: log-odds of a wing, its length, its
+    angle as a share of ANGLE_UNIT, and the line's thickness."""
+    inputs, widths_px = corner_inputs(rgb8, face)
+    found = reference_net(LINER)(inputs)["liner"]
+    seen = widths_px >= _TURNED_AWAY * widths_px.max()
+    numbers: np.ndarray = found[seen].mean(0)
+    return numbers
+
+
+def corner_inputs(rgb8: np.ndarray, face: Face) -> tuple[np.ndarray, np.ndarray]:
+    """The outer corners of both eyes, (2, 72, 112, 3) uint8, and the widths of the eyes, (2,) px.
+
+    Every eye is turned so that its corners lie level, the outer one on the right.
+    """
+    picture = RgbPicture(rgb8)
+    places, widths_px = corner_places(face)
+    return np.stack([picture.crop(to_px, CORNER_WH) for to_px in places]), widths_px
+
+
+def corner_places(face: Face) -> tuple[np.ndarray, np.ndarray]:
+    """Where these pictures lie: the affine maps from their px to the photo's, (2, 2, 3), and the
+    widths of the eyes, (2,) px."""
+    outer = face.points_px[list(EYE_CORNERS), :2].astype(np.float64)
+    along = outer - face.points_px[list(_INNER), :2]
+    widths_px = np.maximum(np.hypot(*along.T), 1.0)
+    places = []
+    for corner, right, side in zip(outer, along / EYE_PX, (-1, 1), strict=True):
+        down = side * np.array([-right[1], right[0]])  # of an eye that is mirrored, or not
+        linear = np.column_stack([right, down])
+        places.append(np.column_stack([linear, corner - linear @ CORNER_XY]))
+    return np.stack(places), widths_px

@@ -1,0 +1,98 @@
+"""Packs the outer corners of eyes, for the net that reads eyeliner.
+
+    python -m makeup_video.training.worn.liner_crops --faces DIR --sets portraits \
+        --shades DIR --out runs/liners.npz
+
+DIR is as for prepare.py. Faces without liner and without clear eyeshadow are painted: the truth is
+that of the drawn look. The others are packed as they are, with our labels of liners.csv: by eye,
+whether it has liner and a wing (0 no, 1 not sure, 2 yes), and how thick the line is; nothing where
+nobody looked. Eyes too small to show that are left out.
+"""
+
+import argparse
+import csv
+from collections.abc import Iterator, Sequence
+from math import nan
+from pathlib import Path
+
+import numpy as np
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.reference.read_liner import ANGLE_UNIT, corner_inputs
+from makeup_video.pipeline.render.apply_look import PaintPictures
+from makeup_video.training.worn.corner import Corner, lids_of
+from makeup_video.training.worn.draw_looks import draw_look, read_shades
+from makeup_video.training.worn.prepare import LABELS, named_faces, parser_of, rows
+
+SHARES = {"eyeshadow": 0.55, "eyeliner": 0.78}
+_LEAST_OPACITY = 0.3  # of a liner that can be seen
+_LEAST_WIDE_PX = 24.0  # of an eye
+_LABELS = Path(__file__).with_name("liners.csv")
+_KNOWN = {"0": 0.0, "1": nan, "2": 1.0}
+_EYES = ("right", "left")  # in the order of EYE_CORNERS
+
+Target = tuple[float, ...]  # as of NUMBERS
+
+
+def target_of(look: Look) -> Target:
+    """What is worn of eyeliner. Nobody knows how thick it looks: lashes are part of a line, too."""
+    for layer in look.of("eyeliner"):
+        if layer.product.opacity * layer.strength > _LEAST_OPACITY:
+            shape = layer.whole_shape
+            wing = shape["wing"]
+            length, angle = (wing, shape["wing_angle"] / ANGLE_UNIT) if wing else (nan, nan)
+            return 1.0, float(wing > 0), length, angle, nan
+    return 0.0, 0.0, nan, nan, nan
+
+
+def labelled_liners() -> dict[str, list[Target | None]]:
+    """By picture, the targets of the right and the left eye of liners.csv; None where one is turned
+    away."""
+    found: dict[str, list[Target | None]] = {}
+    with _LABELS.open(newline="", encoding="utf-8") as table:
+        for row in csv.DictReader(table):
+            target = (
+                _KNOWN[row["liner"]],
+                _KNOWN[row["wing"]],
+                nan,
+                nan,
+                float(row["thickness"] or nan),
+            )
+            found.setdefault(row["name"], [None, None])[_EYES.index(row["eye"])] = target
+    return found
+
+
+def corners_of(rgb8: np.ndarray, face: Face, targets: Sequence[Target | None]) -> Iterator[Corner]:
+    """The corners of the right and the left eye, if they have a target and the eye is wide
+    enough."""
+    inputs, widths_px = corner_inputs(rgb8, face)
+    for seen, target, lids, wide in zip(inputs, targets, lids_of(face), widths_px, strict=True):
+        if target is not None and wide >= _LEAST_WIDE_PX:
+            yield Corner(seen, np.float32(target), lids)
+
+
+def pack(options: argparse.Namespace) -> None:
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    rng, shades = np.random.default_rng(options.seed), read_shades(options.shades)
+    paint, labels = PaintPictures(), labelled_liners()
+    drawn: list[Corner] = []
+    real: list[Corner] = []
+    liner, shadow = list(LABELS).index("liner"), list(LABELS).index("shadow")
+    for name in options.sets:
+        pictures = {path: known for path, known in rows(options.faces / name)}
+        for path, rgb8, face in named_faces(pictures):
+            if path.name in labels:
+                real += corners_of(rgb8, face, labels[path.name])
+            if pictures[path][liner] != 0 or pictures[path][shadow] == 1:
+                continue
+            for _ in range(options.looks):
+                look = draw_look(rng, shades, SHARES)
+                drawn += corners_of(paint(rgb8, look, [face]), face, [target_of(look)] * 2)
+        print(f"{name}: {len(drawn)} drawn corners and {len(real)} real ones in all", flush=True)
+    packed = [np.stack(each) for each in zip(*drawn, *real, strict=True)]
+    is_real = np.arange(len(drawn) + len(real)) >= len(drawn)
+    np.savez(options.out, **dict(zip(Corner._fields, packed, strict=True)), is_real=is_real)
+
+
+if __name__ == "__main__":
+    pack(parser_of(__doc__, looks=5).parse_args())
