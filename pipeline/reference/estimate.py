@@ -206,7 +206,7 @@ class _Photo:
 
     @cached_property
     def liner_form(self) -> LinerForm:
-        return read_liner(self.rgb8, self.face)
+        return read_liner(self.rgb8, self.face, self.makeup.worn["eyeshadow"])
 
     def product(self, region: str) -> GraphicsParams | None:
         """What the net of a crop reads, a key of CROPS; None when the region cannot be seen."""

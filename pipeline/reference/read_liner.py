@@ -11,6 +11,7 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE_CORNERS
 from makeup_video.pipeline.frames.views import RgbPicture
 from makeup_video.pipeline.reference.nets import LINER, reference_net
+from makeup_video.pipeline.reference.product_film import ramp
 
 CORNER_WH = (112, 72)  # px of the net's input
 CORNER_XY = (70.0, 42.0)  # where the outer corner of the eye lies in it
@@ -20,7 +21,10 @@ ANGLE_UNIT = 60.0  # degrees that are 1 for the net
 _INNER = (133, 362)
 # An eye that is narrower than this share of the other one is turned away, and does not count.
 _TURNED_AWAY = 0.8
-WING_FROM = 1.5  # log-odds: on real photos few eyes without a wing reach it
+# Log-odds that few eyes without a wing reach in real photos: without eyeshadow, and with it, since
+# smoke may end in a point, too; and the probabilities of eyeshadow between which they rise.
+_WING_FROM, _WING_IN_SMOKE_FROM = 0.6, 3.0
+_SMOKE = 0.9, 0.98
 _SURE_FROM = 3.5  # from here on what is dark beside the corner is the wing, not smoke
 # What the net returns varies less than what people see: by so much.
 _LONGER = 1.2
@@ -52,14 +56,16 @@ class LinerForm:
     wing: Wing | None = None
 
 
-def read_liner(rgb8: np.ndarray, face: Face) -> LinerForm:
+def read_liner(rgb8: np.ndarray, face: Face, eyeshadow: float = 0.0) -> LinerForm:
     """The form of a face's eyeliner, which is taken to be worn.
 
-    rgb8: (H, W, 3) uint8, R'G'B'.  Raises InstallError without the net.
+    rgb8: (H, W, 3) uint8, R'G'B'.  eyeshadow: the probability that it is worn, too.  Raises
+    InstallError without the net.
     """
     log_odds, length, angle, thickness = liner_numbers(rgb8, face).tolist()
     wing = None
-    if log_odds >= WING_FROM:
+    smoke = ramp(eyeshadow, _SMOKE)
+    if log_odds >= _WING_FROM + smoke * (_WING_IN_SMOKE_FROM - _WING_FROM):
         length, angle = min(max(_LONGER * length, 0.0), 1.0), min(max(angle, _LOWEST_ANGLE), 1.0)
         wing = Wing(round(length, 3), round(ANGLE_UNIT * angle, 1), log_odds >= _SURE_FROM)
     thickness = min(max(_THICKER * thickness - _THINNER, _THINNEST), 1.0)

@@ -15,11 +15,8 @@ from pathlib import Path
 import numpy as np
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.reference.checks import faces_within
-from makeup_video.pipeline.reference.flat_eyes import flat_eyes
-from makeup_video.pipeline.reference.lower_line import lower_line
-from makeup_video.pipeline.reference.neutral_face import neutral_face
-from makeup_video.pipeline.reference.photo_light import photo_light
-from makeup_video.pipeline.reference.read_liner import ANGLE_UNIT, WING_FROM, liner_numbers
+from makeup_video.pipeline.reference.estimate import estimate
+from makeup_video.pipeline.reference.read_liner import ANGLE_UNIT, liner_numbers
 from makeup_video.training.inputs import existing
 from makeup_video.training.worn.real_photos import read
 from makeup_video.training.worn.scores import area_under_curve
@@ -38,23 +35,25 @@ def labelled(folders: list[Path]) -> Iterator[tuple[dict[str, str], np.ndarray, 
 
 
 def evaluate(folders: list[Path]) -> str:
-    rows, found, lower = [], [], []
+    rows, found, shapes = [], [], []
     for row, rgb8, face in labelled(folders):
-        rows.append(row)
-        found.append(liner_numbers(rgb8, face))
-        lower.append(lower_line(flat_eyes(neutral_face(rgb8, face, photo_light(rgb8, face)))) > 0)
-    scores, lengths, angles, thickness = np.array(found).T
+        for layer in estimate(rgb8, face).look.of("eyeliner"):
+            rows.append(row)
+            found.append(liner_numbers(rgb8, face))
+            shapes.append(layer.whole_shape)
+    scores, lengths, angles, _ = np.array(found).T
+    read_as = {dial: np.array([shape[dial] for shape in shapes]) for dial in shapes[0]}
     wing, below = (np.array([int(row[name]) for row in rows]) for name in ("wing", "lower"))
     surely = wing != 1
     area = area_under_curve(scores[surely], wing[surely] == 2)
     seen = {name: _numbers(rows, name) for name in ("length", "angle", "thickness")}
     lines = [
-        f"{len(rows)} photos; wings: area under curve {area:.3f}",
-        _found("wings", scores >= WING_FROM, wing),
-        _found("lower lines", np.array(lower), below),
+        f"{len(rows)} photos on which liner is read; wings: area under curve {area:.3f}",
+        _found("wings", read_as["wing"] > 0, wing),
+        _found("lower lines", read_as["lower"] > 0, below),
         _agreement("length of wings", lengths, seen["length"]),
         _agreement("angle of wings", ANGLE_UNIT * angles, seen["angle"]),
-        _agreement("thickness", thickness, seen["thickness"]),
+        _agreement("thickness", read_as["thickness"], seen["thickness"]),
     ]
     return "\n".join(lines)
 
