@@ -11,12 +11,6 @@ from makeup_video.cli.outcome import as_typed, join_words, with_help_pages
 from makeup_video.pipeline.errors import closest
 
 _FEW = 3  # commands that a message names
-# options of which a command may take one value only, and what it then takes
-_TAKEN_ONCE = {
-    "--look": "takes one look",
-    "--ref": "takes one look",
-    "--output": "writes one output",
-}
 # by the first word of the type of pydantic's error
 _KINDS = {"int": "a whole number", "float": "a number"}
 
@@ -34,16 +28,14 @@ def check_colours(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
             ctx.fail(f"{word} has no colour: quote one that begins with #, as in {word} '#B4002E'")
 
 
-def check_given_once(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
-    """Raise a usage error where a command that takes one look, or writes one output, is given
-    several: the last one would count, and nobody would notice."""
-    for param in params:
-        takes = next((_TAKEN_ONCE[name] for name in param.opts if name in _TAKEN_ONCE), "")
-        if not takes or param.multiple:
-            continue
-        given = [word for word in args if word.partition("=")[0] in param.opts]
+def check_one_look(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
+    """Raise a usage error where a command that takes one look is given several of an option: the
+    last one would count, and nobody would notice."""
+    single = {name for param in params if not param.multiple for name in param.opts}
+    for name in {"--look", "--ref"} & single:
+        given = [word for word in args if word.partition("=")[0] == name]
         if len(given) > 1:
-            ctx.fail(f"{_named(param)} is given {len(given)} times, and this command {takes}")
+            ctx.fail(f"{name} is given {len(given)} times, and this command takes one look")
 
 
 def _takes_colour(param: Any) -> bool:

@@ -23,7 +23,7 @@ _INNER = (133, 362)
 _TURNED_AWAY = 0.8
 # Log-odds that few eyes without a wing reach in real photos: without eyeshadow, and with it, since
 # smoke may end in a point, too; and the probabilities of eyeshadow between which they rise.
-_WING_FROM, _WING_IN_SMOKE_FROM = 0.6, 3.0
+_WING_FROM, _WING_IN_SMOKE_FROM = 0.6, 1.2
 _SMOKE = 0.9, 0.98
 _SURE_FROM = 3.5  # from here on what is dark beside the corner is the wing, not smoke
 # What the net returns varies less than what people see: by so much.

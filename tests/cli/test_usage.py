@@ -75,7 +75,6 @@ def folder(tmp_path, monkeypatch):
         (["estimate", "a.jpg", "b.jpg"], "too many arguments: b.jpg.", "makeup-video estimate --help"),
         (["live", "--look", "a", "--look=b"], "--look is given 2 times, and this command takes one look.", "makeup-video live --help"),
         (["demo", "--ref", "a.jpg", "--ref", "b.jpg"], "--ref is given 2 times", "makeup-video demo --help"),
-        (["a", "-o", "b.mp4", "--output=c.mp4"], "-o/--output is given 2 times, and this command writes one output.", "makeup-video --help"),
         (["a", "b.jpg", "-o", "c"], "too many arguments: b.jpg; the photo of a look is --ref b.jpg.", "makeup-video --help"),
         (["in.mp4", "-o", "o.mp4", "--end", "0:90"], "--end: what follows a colon must be below 60, as in 1:30, got '0:90'", "makeup-video --help"),
         (["help"], "there is no command and no file help.", "makeup-video --help"),
