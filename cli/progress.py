@@ -82,7 +82,7 @@ class _PlainLines:
     def __call__(self, done: int, expected: int | None, rate: Fraction, title: str = "") -> None:
         now = time.monotonic()
         if title != self.title:
-            self.title, self.began = title, now
+            self.title, self.began, self.logged = title, now, now
         if now - self.logged < _LINE_SECONDS or not done:
             return
         self.logged = now

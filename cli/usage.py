@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 import sys
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -31,7 +32,10 @@ def check_colours(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
 def check_one_look(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
     """Raise a usage error where a command that takes one look is given several of an option: the
     last one would count, and nobody would notice."""
+    if ctx.resilient_parsing:  # of a shell that completes a line
+        return
     single = {name for param in params if not param.multiple for name in param.opts}
+    args = args[: args.index("--")] if "--" in args else args
     for name in {"--look", "--ref"} & single:
         given = [word for word in args if word.partition("=")[0] == name]
         if len(given) > 1:
@@ -101,8 +105,8 @@ def _unknown_option(option: str, ctx: Any, command: str) -> tuple[str, list[str]
     """The message about an unknown option, and the commands whose help lists what was meant."""
     text = f"{as_typed(command)} has no option {option}"
     for word in sys.argv[1:]:
-        if word.startswith(option) and os.path.exists(word):
-            return f"{text}: the file is ./{word} here", [command]
+        if word.startswith("-") and os.path.isfile(word):
+            return f"{text}: to name the file, write {shlex.quote('./' + word)}", [command]
     commands = ctx.find_root().command.commands
     owners = [name for name, other in commands.items() if option in _options(other.params)]
     if len(owners) > _FEW:

@@ -23,7 +23,7 @@ _INNER = (133, 362)
 _TURNED_AWAY = 0.8
 # Log-odds that few eyes without a wing reach in real photos: without eyeshadow, and with it, since
 # smoke may end in a point, too; and the probabilities of eyeshadow between which they rise.
-_WING_FROM, _WING_IN_SMOKE_FROM = 0.6, 1.2
+_WING_FROM, _WING_IN_SMOKE_FROM = 0.75, 1.2
 _SMOKE = 0.9, 0.98
 _SURE_FROM = 3.5  # from here on what is dark beside the corner is the wing, not smoke
 # What the net returns varies less than what people see: by so much.
@@ -93,8 +93,8 @@ def corner_inputs(rgb8: np.ndarray, face: Face) -> tuple[np.ndarray, np.ndarray]
 
 
 def corner_places(face: Face) -> tuple[np.ndarray, np.ndarray]:
-    """Where these pictures lie: the affine maps from their px to the photo's, (2, 2, 3), and the
-    widths of the eyes, (2,) px."""
+    """Where the pictures of corner_inputs lie: the affine maps from their px to the photo's,
+    (2, 2, 3), and the widths of the eyes, (2,) px."""
     outer = face.points_px[list(EYE_CORNERS), :2].astype(np.float64)
     along = outer - face.points_px[list(_INNER), :2]
     widths_px = np.maximum(np.hypot(*along.T), 1.0)

@@ -104,12 +104,26 @@ def test_a_file_named_nearly_like_a_command_is_a_file(folder):
     assert code == 3 and "did you mean" not in line
 
 
-def test_a_file_named_like_an_option_is_shown_as_a_path(folder):
-    (folder / "-dash.mp4").write_bytes(b"no video")
-    code, line = run("-dash.mp4", "--look", "none", "-o", "out.mp4")
-    assert code == 2 and "no option -d: the file is ./-dash.mp4 here." in line
-    code, line = run("./-dash.mp4", "--look", "none", "-o", "out.mp4")
+@pytest.mark.parametrize(
+    ("name", "shown"), [("-dash.mp4", "./-dash.mp4"), ("-y a.mp4", "'./-y a.mp4'")]
+)
+def test_a_file_named_like_an_option_is_shown_as_a_path(folder, name, shown):
+    (folder / name).write_bytes(b"no video")
+    code, line = run(name, "--look", "none", "-o", "out.mp4")
+    assert code == 2 and f": to name the file, write {shown}." in line
+    code, line = run(f"./{name}", "--look", "none", "-o", "out.mp4")
     assert code == 3
+
+
+def test_a_folder_named_like_an_option_is_no_file(folder):
+    (folder / "-dash").mkdir()
+    code, line = run("-dash", "--look", "none", "-o", "out.mp4")
+    assert code == 2 and "to name the file" not in line
+
+
+def test_what_follows_two_hyphens_is_no_second_look():
+    code, line = run("live", "--look", "none", "--", "--look", "b")
+    assert code == 2 and "is given 2 times" not in line
 
 
 @pytest.mark.parametrize("words", [["inspct"], ["in.mp4"], ["live", "--port", "x"]])

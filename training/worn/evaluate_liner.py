@@ -29,9 +29,9 @@ def labelled(folders: list[Path]) -> Iterator[tuple[dict[str, str], np.ndarray, 
     with _LABELS.open(newline="", encoding="utf-8") as table:
         rows = list(csv.DictReader(table))
     for row in rows:
-        for path in (folder / row["name"] for folder in folders):
-            if path.exists() and (faces := faces_within(rgb8 := read(path))):
-                yield row, rgb8, faces[0]
+        path = next((at for each in folders if (at := each / row["name"]).exists()), None)
+        if path is not None and (faces := faces_within(rgb8 := read(path))):
+            yield row, rgb8, faces[0]
 
 
 def evaluate(folders: list[Path]) -> str:
@@ -41,6 +41,8 @@ def evaluate(folders: list[Path]) -> str:
             rows.append(row)
             found.append(liner_numbers(rgb8, face))
             shapes.append(layer.whole_shape)
+    if not rows:
+        raise SystemExit(f"--looks: none of the photos of {_LABELS.name} is in these folders")
     scores, lengths, angles, _ = np.array(found).T
     read_as = {dial: np.array([shape[dial] for shape in shapes]) for dial in shapes[0]}
     wing, below = (np.array([int(row[name]) for row in rows]) for name in ("wing", "lower"))
@@ -51,8 +53,8 @@ def evaluate(folders: list[Path]) -> str:
         f"{len(rows)} photos on which liner is read; wings: area under curve {area:.3f}",
         _found("wings", read_as["wing"] > 0, wing),
         _found("lower lines", read_as["lower"] > 0, below),
-        _agreement("length of wings", lengths, seen["length"]),
-        _agreement("angle of wings", ANGLE_UNIT * angles, seen["angle"]),
+        _agreement("length of wings, as the net returns it", lengths, seen["length"]),
+        _agreement("angle of wings, as the net returns it", ANGLE_UNIT * angles, seen["angle"]),
         _agreement("thickness", read_as["thickness"], seen["thickness"]),
     ]
     return "\n".join(lines)

@@ -4,9 +4,9 @@
         --shades DIR --out runs/liners.npz
 
 DIR is as for prepare.py. Faces without liner and without clear eyeshadow are painted: the truth is
-that of the drawn look. The others are packed as they are, with our labels of liners.csv: by eye,
-whether it has liner and a wing (0 no, 1 not sure, 2 yes), and how thick the line is; nothing where
-nobody looked. Eyes too small to show that are left out.
+that of the drawn look. Those of liners.csv are packed as they are, with our labels: by eye, whether
+it has liner and a wing (0 no, 1 not sure, 2 yes), and how thick the line is, if somebody looked.
+Eyes too small to show that are left out.
 """
 
 import argparse
@@ -79,7 +79,7 @@ def pack(options: argparse.Namespace) -> None:
     real: list[Corner] = []
     liner, shadow = list(LABELS).index("liner"), list(LABELS).index("shadow")
     for name in options.sets:
-        pictures = {path: known for path, known in rows(options.faces / name)}
+        pictures = dict(rows(options.faces / name))
         for path, rgb8, face in named_faces(pictures):
             if path.name in labels:
                 real += corners_of(rgb8, face, labels[path.name])

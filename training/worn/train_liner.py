@@ -24,7 +24,8 @@ HELD_OUT = 0.1
 BATCH, RATE, WARM_UP, CLIP, DECAY, AVERAGE = 96, 2e-3, 200, 5.0, 1e-3, 0.99
 CHANNELS = (12, 32, 64)
 LAST, HIDDEN, DROPPED = 96, 64, 0.3
-SHARES = 0.74, 0.2, 0.06  # of a batch: drawn corners, real ones without a wing, and with one
+# Of a batch: drawn corners, real ones without a wing that is known, and with one.
+SHARES = 0.72, 0.22, 0.06
 GRID = 2, 3  # of the means that remain of the last features
 # Of the losses, in the order of NUMBERS.
 WEIGHTS = (1.0, 2.0, 4.0, 2.0, 8.0)
@@ -86,8 +87,10 @@ class Corners:
         shown = int(drawn * (1 - HELD_OUT))
         self.held_out = Corner(*(part[shown:drawn] for part in self._parts))
         group = np.where(is_real, 1 + (self._parts.target[:, 1] == 1), 0)
-        shares = np.array(SHARES)[group] / np.bincount(group, minlength=len(SHARES))[group]
-        shares[shown:drawn] = 0
+        is_shown = np.ones(len(group))
+        is_shown[shown:drawn] = 0
+        counts = np.bincount(group, is_shown, minlength=len(SHARES))
+        shares = is_shown * np.array(SHARES)[group] / counts[group]
         self._shares = shares / shares.sum()
 
     def batch(self, rng: np.random.Generator) -> tuple[Tensor, Tensor]:

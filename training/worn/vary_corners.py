@@ -1,7 +1,7 @@
 """Varies the corner of an eye, for the net that reads eyeliner: draws what real corners have.
 
-Real wings lie lower than those that people draw at will: of 60 in photos of makeup, half rise by
-less than 4 degrees over the line through the eye's corners. What else is dark there: lashes, false
+Real wings lie lower than those that people draw at will: half of those of liners_of_looks.csv rise
+by at most 4 degrees over the line through the eye's corners. What else is dark there: lashes, false
 ones above all, smoke, hair and folds.
 """
 
@@ -92,7 +92,7 @@ def _with_lashes(rgb8: np.ndarray, lids: np.ndarray, rng: np.random.Generator) -
 def _lash(
     drawing: np.ndarray, root: np.ndarray, angle: float, length: float, rng: np.random.Generator
 ) -> None:
-    """A hair that bends and becomes thinner."""
+    """One lash, which bends and becomes thinner."""
     bend = length * rng.uniform(0, 0.22) * np.array([math.sin(angle), math.cos(angle)])
     curve = _finer(_curve(root, root + length * _direction(angle), bend))
     thickness = rng.uniform(0.5, 1.5) * _FINER

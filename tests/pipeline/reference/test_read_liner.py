@@ -5,11 +5,19 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from makeup_video.pipeline import Layer, Look, apply_look, find_faces, product
 from makeup_video.pipeline.faces.topology import EYE_CORNERS
+from makeup_video.pipeline.look.kinds import KINDS
+from makeup_video.pipeline.reference import read_liner as read_liner_module
+from makeup_video.pipeline.reference.liner import liner
+from makeup_video.pipeline.reference.makeup_numbers import ReadLayer
 from makeup_video.pipeline.reference.read_liner import (
     CORNER_WH,
     CORNER_XY,
+    LinerForm,
+    Wing,
     corner_inputs,
     read_liner,
 )
@@ -72,3 +80,62 @@ def test_an_eye_that_is_turned_away_does_not_count():
     hidden[y - 60 : y + 60, x - 20 :] = 128
     turned = replace(face(), points_px=points)
     assert read_liner(hidden, turned) == read_liner(winged, turned)
+
+
+@pytest.fixture
+def returns(monkeypatch):
+    """Makes the net return these numbers."""
+
+    def install(log_odds=-5.0, length=0.3, angle=0.1, thickness=0.15):
+        numbers = np.array([log_odds, length, angle, thickness])
+        monkeypatch.setattr(read_liner_module, "liner_numbers", lambda *_: numbers)
+
+    return install
+
+
+@given(log_odds=st.floats(-4, 6), less=st.floats(0, 1), more=st.floats(0, 1))
+def test_the_likelier_eyeshadow_the_surer_a_wing_must_be(log_odds, less, more):
+    less, more = sorted((less, more))
+    with pytest.MonkeyPatch.context() as patch:
+        numbers = np.array([log_odds, 0.3, 0.1, 0.15])
+        patch.setattr(read_liner_module, "liner_numbers", lambda *_: numbers)
+        with_less, with_more = (read_liner(portrait(), face(), one).wing for one in (less, more))
+    assert with_more is None or with_less == with_more
+
+
+def test_smoke_hides_a_wing_of_which_the_net_is_hardly_sure(returns):
+    returns(log_odds=1.0)
+    assert read_liner(portrait(), face(), 0.5).wing is not None
+    assert read_liner(portrait(), face(), 1.0).wing is None
+    returns(log_odds=4.0)
+    assert read_liner(portrait(), face(), 1.0).wing.is_sure
+
+
+@given(
+    length=st.floats(-2, 3),
+    angle=st.floats(-3, 3),
+    low=st.floats(-1, 2),
+    high=st.floats(-1, 2),
+)
+def test_dials_stay_in_range_and_thicker_lines_stay_thicker(length, angle, low, high):
+    dials, found = {dial.name: dial for dial in KINDS["eyeliner"].dials}, []
+    for thickness in sorted((low, high)):
+        with pytest.MonkeyPatch.context() as patch:
+            numbers = np.array([5.0, length, angle, thickness])
+            patch.setattr(read_liner_module, "liner_numbers", lambda *_, one=numbers: one)
+            form = read_liner(portrait(), face())
+        found.append(form.thickness)
+        shape = {"thickness": form.thickness, "wing": form.wing.length}
+        shape["wing_angle"] = form.wing.angle
+        for name, value in shape.items():
+            assert dials[name].low <= value <= dials[name].high
+    assert found[0] <= found[1]
+
+
+def test_a_layer_of_eyeliner_has_the_form_that_was_read():
+    read = ReadLayer("eyeliner", "", 0.9, (20.0, 10.0, 10.0), {})
+    plain = liner(read, LinerForm(0.2))
+    assert plain.shape == {"thickness": 0.2}
+    whole = liner(read, LinerForm(0.1, Wing(0.3, -5.0)), lower=0.45)
+    assert whole.shape == {"thickness": 0.1, "lower": 0.45, "wing": 0.3, "wing_angle": -5.0}
+    assert liner(read, LinerForm(0.2), probability=0.3).product.opacity < plain.product.opacity
