@@ -4,20 +4,21 @@ from typing import NamedTuple
 
 import numpy as np
 from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.topology import EYE_CONTOUR, RIGHT_EYE
 from makeup_video.pipeline.reference.read_liner import corner_places
 
-# Points of the upper and the lower lid, from the outer to the inner corner; eyes in the order of
-# EYE_CORNERS.
-_LIDS = np.array([
-    [
-        [33, 246, 161, 160, 159, 158, 157, 173, 133],
-        [33, 7, 163, 144, 145, 153, 154, 155, 133],
-    ],
-    [
-        [263, 466, 388, 387, 386, 385, 384, 398, 362],
-        [263, 249, 390, 373, 374, 380, 381, 382, 362],
-    ],
-])  # fmt: skip
+
+def _lids(contour: np.ndarray) -> np.ndarray:
+    """(2, 9) the points of the upper and the lower lid, from the outer to the inner corner.
+
+    contour: as of EYE_CONTOUR.
+    """
+    inner = len(contour) // 2
+    return np.stack([np.append(contour[0], contour[: inner - 1 : -1]), contour[: inner + 1]])
+
+
+# By eye, in the order of EYE_CORNERS.
+_LIDS = [_lids(contour) for contour in (EYE_CONTOUR, RIGHT_EYE[: len(EYE_CONTOUR)])]
 # What a target tells, in this order; nan where nobody knows.
 NUMBERS = ("liner", "wing", "length", "angle", "thickness")
 

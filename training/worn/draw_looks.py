@@ -1,6 +1,5 @@
 """Draws looks of several kinds, as people wear them, for the net that reads what is worn."""
 
-import csv
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -9,6 +8,7 @@ from makeup_video.pipeline.look.finishes import FINISHES, product
 from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.look.params import rgb_of_hex
+from makeup_video.training.worn.table import rows_of
 
 Rgb = tuple[float, float, float]
 # How often each kind is worn, and each slot where there is eyeshadow.
@@ -24,11 +24,7 @@ _PARTS = {kind.name: kind.part for kind in KINDS.values()}
 def read_shades(folder: Path) -> dict[str, list[str]]:
     """Hex colours of products by part."""
     tables = {"lips": "lip_shades.csv", "eyes": "eyeshadow_shades.csv"}
-    found = {}
-    for part, name in tables.items():
-        with (folder / name).open(newline="", encoding="utf-8") as table:
-            found[part] = [row["hex"] for row in csv.DictReader(table)]
-    return found
+    return {part: [row["hex"] for row in rows_of(folder / name)] for part, name in tables.items()}
 
 
 def draw_look(

@@ -8,38 +8,31 @@ the line the thickness, of a wing the length and the angle (means).
 """
 
 import argparse
-import csv
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from makeup_video.pipeline.faces.face import Face
-from makeup_video.pipeline.reference.checks import faces_within
-from makeup_video.pipeline.reference.estimate import estimate
 from makeup_video.pipeline.reference.read_liner import ANGLE_UNIT, liner_numbers
 from makeup_video.training.inputs import existing
-from makeup_video.training.worn.real_photos import read
+from makeup_video.training.worn.real_photos import estimated
 from makeup_video.training.worn.scores import area_under_curve
+from makeup_video.training.worn.table import rows_of
 
 _LABELS = Path(__file__).with_name("liners_of_looks.csv")
 
 
-def labelled(folders: list[Path]) -> Iterator[tuple[dict[str, str], np.ndarray, Face]]:
-    """Rows of the labels, with the photo and its largest face."""
-    with _LABELS.open(newline="", encoding="utf-8") as table:
-        rows = list(csv.DictReader(table))
-    for row in rows:
-        path = next((at for each in folders if (at := each / row["name"]).exists()), None)
-        if path is not None and (faces := faces_within(rgb8 := read(path))):
-            yield row, rgb8, faces[0]
+def labelled(folders: list[Path]) -> dict[Path, dict[str, str]]:
+    """The rows of the labels, by photo."""
+    places = [(folder / row["name"], row) for row in rows_of(_LABELS) for folder in folders]
+    return {path: row for path, row in places if path.exists()}
 
 
 def evaluate(folders: list[Path]) -> str:
+    labels = labelled(folders)
     rows, found, shapes = [], [], []
-    for row, rgb8, face in labelled(folders):
-        for layer in estimate(rgb8, face).look.of("eyeliner"):
-            rows.append(row)
-            found.append(liner_numbers(rgb8, face))
+    for path, photo, one in estimated(list(labels)):
+        for layer in one.look.of("eyeliner"):
+            rows.append(labels[path])
+            found.append(liner_numbers(photo.rgb8, photo.face))
             shapes.append(layer.whole_shape)
     if not rows:
         raise SystemExit(f"--looks: none of the photos of {_LABELS.name} is in these folders")

@@ -10,7 +10,6 @@ Eyes too small to show that are left out.
 """
 
 import argparse
-import csv
 from collections.abc import Iterator, Sequence
 from math import nan
 from pathlib import Path
@@ -23,6 +22,7 @@ from makeup_video.pipeline.render.apply_look import PaintPictures
 from makeup_video.training.worn.corner import Corner, lids_of
 from makeup_video.training.worn.draw_looks import draw_look, read_shades
 from makeup_video.training.worn.prepare import LABELS, named_faces, parser_of, rows
+from makeup_video.training.worn.table import rows_of
 
 SHARES = {"eyeshadow": 0.55, "eyeliner": 0.78}
 _LEAST_OPACITY = 0.3  # of a liner that can be seen
@@ -49,16 +49,10 @@ def labelled_liners() -> dict[str, list[Target | None]]:
     """By picture, the targets of the right and the left eye of liners.csv; None where one is turned
     away."""
     found: dict[str, list[Target | None]] = {}
-    with _LABELS.open(newline="", encoding="utf-8") as table:
-        for row in csv.DictReader(table):
-            target = (
-                _KNOWN[row["liner"]],
-                _KNOWN[row["wing"]],
-                nan,
-                nan,
-                float(row["thickness"] or nan),
-            )
-            found.setdefault(row["name"], [None, None])[_EYES.index(row["eye"])] = target
+    for row in rows_of(_LABELS):
+        liner, wing, thickness = _KNOWN[row["liner"]], _KNOWN[row["wing"]], row["thickness"]
+        target = (liner, wing, nan, nan, float(thickness or nan))
+        found.setdefault(row["name"], [None, None])[_EYES.index(row["eye"])] = target
     return found
 
 

@@ -1,4 +1,4 @@
-"""worn.csv: what is worn in each picture of a folder."""
+"""Tables of labels: worn.csv, what is worn in each picture of a folder, and our own."""
 
 import csv
 from pathlib import Path
@@ -10,8 +10,13 @@ def has_table(folder: Path) -> bool:
 
 
 def labelled_rows(folder: Path) -> list[dict[str, str]]:
-    """The rows of a folder's worn.csv (UTF-8), by column."""
-    with _table(folder).open(newline="", encoding="utf-8") as table:
+    """The rows of a folder's worn.csv, by column."""
+    return rows_of(_table(folder))
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    """The rows of a CSV file (UTF-8), by column."""
+    with path.open(newline="", encoding="utf-8") as table:
         return list(csv.DictReader(table))
 
 

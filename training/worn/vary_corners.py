@@ -6,7 +6,6 @@ ones above all, smoke, hair and folds.
 """
 
 import math
-from math import nan
 
 import cv2
 import numpy as np
@@ -28,7 +27,7 @@ def varied(corner: Corner, rng: np.random.Generator) -> tuple[np.ndarray, np.nda
     if target[1] == 0 and rng.random() < _WING_SHARE:
         rgb8, length, angle = _with_wing(rgb8, lids, rng)
         # such a line also makes the one that is there thicker
-        target = np.float32([1, 1, length, angle, nan])
+        target = np.float32([1, 1, length, angle, math.nan])
     if rng.random() < _SMOKE_SHARE:
         rgb8 = _with_smoke(rgb8, rng)
     if rng.random() < _LASHES_SHARE:

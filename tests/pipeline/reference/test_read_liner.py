@@ -82,54 +82,36 @@ def test_an_eye_that_is_turned_away_does_not_count():
     assert read_liner(hidden, turned) == read_liner(winged, turned)
 
 
-@pytest.fixture
-def returns(monkeypatch):
-    """Makes the net return these numbers."""
-
-    def install(log_odds=-5.0, length=0.3, angle=0.1, thickness=0.15):
-        numbers = np.array([log_odds, length, angle, thickness])
-        monkeypatch.setattr(read_liner_module, "liner_numbers", lambda *_: numbers)
-
-    return install
+def form_of(numbers, eyeshadow=0.0):
+    """What is read where the net returns these numbers."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(read_liner_module, "liner_numbers", lambda *_: np.array(numbers))
+        return read_liner(portrait(), face(), eyeshadow)
 
 
 @given(log_odds=st.floats(-4, 6), less=st.floats(0, 1), more=st.floats(0, 1))
 def test_the_likelier_eyeshadow_the_surer_a_wing_must_be(log_odds, less, more):
-    less, more = sorted((less, more))
-    with pytest.MonkeyPatch.context() as patch:
-        numbers = np.array([log_odds, 0.3, 0.1, 0.15])
-        patch.setattr(read_liner_module, "liner_numbers", lambda *_: numbers)
-        with_less, with_more = (read_liner(portrait(), face(), one).wing for one in (less, more))
+    shares, numbers = sorted((less, more)), (log_odds, 0.3, 0.1, 0.15)
+    with_less, with_more = (form_of(numbers, share).wing for share in shares)
     assert with_more is None or with_less == with_more
 
 
-def test_smoke_hides_a_wing_of_which_the_net_is_hardly_sure(returns):
-    returns(log_odds=1.0)
-    assert read_liner(portrait(), face(), 0.5).wing is not None
-    assert read_liner(portrait(), face(), 1.0).wing is None
-    returns(log_odds=4.0)
-    assert read_liner(portrait(), face(), 1.0).wing.is_sure
+def test_smoke_hides_a_wing_of_which_the_net_is_hardly_sure():
+    assert form_of((1.0, 0.3, 0.1, 0.15), 0.5).wing is not None
+    assert form_of((1.0, 0.3, 0.1, 0.15), 1.0).wing is None
+    assert form_of((4.0, 0.3, 0.1, 0.15), 1.0).wing.is_sure
 
 
-@given(
-    length=st.floats(-2, 3),
-    angle=st.floats(-3, 3),
-    low=st.floats(-1, 2),
-    high=st.floats(-1, 2),
-)
+@given(length=st.floats(-2, 3), angle=st.floats(-3, 3), low=st.floats(-1, 2), high=st.floats(-1, 2))
 def test_dials_stay_in_range_and_thicker_lines_stay_thicker(length, angle, low, high):
-    dials, found = {dial.name: dial for dial in KINDS["eyeliner"].dials}, []
-    for thickness in sorted((low, high)):
-        with pytest.MonkeyPatch.context() as patch:
-            numbers = np.array([5.0, length, angle, thickness])
-            patch.setattr(read_liner_module, "liner_numbers", lambda *_, one=numbers: one)
-            form = read_liner(portrait(), face())
-        found.append(form.thickness)
+    dials = {dial.name: dial for dial in KINDS["eyeliner"].dials}
+    forms = [form_of((5.0, length, angle, thickness)) for thickness in sorted((low, high))]
+    for form in forms:
         shape = {"thickness": form.thickness, "wing": form.wing.length}
         shape["wing_angle"] = form.wing.angle
         for name, value in shape.items():
             assert dials[name].low <= value <= dials[name].high
-    assert found[0] <= found[1]
+    assert forms[0].thickness <= forms[1].thickness
 
 
 def test_a_layer_of_eyeliner_has_the_form_that_was_read():
