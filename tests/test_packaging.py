@@ -143,7 +143,12 @@ def test_the_wheel_carries_every_source_file(tmp_path):
     for folder in ("pipeline/weights", "web/page"):
         for path in (ROOT / folder).iterdir():
             assert f"makeup_video/{folder}/{path.name}" in names
-    for name in ("faces/lip_contours.json", "faces/shut_eyes.csv", "worn/liners.csv"):
+    for name in (
+        "faces/lip_contours.json",
+        "faces/shut_eyes.csv",
+        "worn/liners.csv",
+        "worn/lipsticks.csv",
+    ):
         assert f"makeup_video/training/{name}" in names
 
 

@@ -39,10 +39,18 @@ from makeup_video.pipeline.reference.fit_lips import fit_lips
 from makeup_video.pipeline.reference.fit_shadows import fit_shadows
 from makeup_video.pipeline.reference.liner import liner
 from makeup_video.pipeline.reference.lower_line import lower_line
-from makeup_video.pipeline.reference.nets import LINER, MAKEUP, forget_nets, loading, reference_net
+from makeup_video.pipeline.reference.nets import (
+    LINER,
+    LIPSTICK,
+    MAKEUP,
+    forget_nets,
+    loading,
+    reference_net,
+)
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.reference.read_liner import LinerForm, read_liner
+from makeup_video.pipeline.reference.read_lipstick import read_lipstick
 from makeup_video.pipeline.reference.read_makeup import (
     WORN_FROM,
     Makeup,
@@ -150,7 +158,7 @@ def estimate_photo(
         raise UsageError(f"{option('face')} must be largest, or the number of a face, got {face!r}")
     check_memory(READ_PHOTO)
     try:
-        with loading([MAKEUP, *CROPS, LINER]):
+        with loading([MAKEUP, *CROPS, LINER, LIPSTICK]):
             rgb8 = (
                 read(photo, name) if read and isinstance(photo, bytes) else read_photo(photo, name)
             )
@@ -225,9 +233,9 @@ def _lipstick(photo: _Photo) -> list[Layer]:
     lips = photo.product("lips")
     if lips is None:
         return []
-    seen = photo.colours
+    seen, form = photo.colours, read_lipstick(photo.rgb8, photo.face)
     probability = photo.makeup.worn["lipstick"]
-    return [fit_lips(seen.neutral, seen.lips, lips, seen.flat_lips, probability)]
+    return [fit_lips(seen.neutral, seen.lips, lips, seen.flat_lips, form, probability)]
 
 
 def _eyeshadow(photo: _Photo) -> list[Layer]:

@@ -1,9 +1,10 @@
 """Fits a lipstick's colour to the lips of a photo: painted on bare lips, it would show as they do.
 
-The net that reads lipstick was trained on painted faces. In real photos its colours are paler and
-greyer than those on the lips, and its gloss is chance; of the net's numbers only the roughness of
-the gloss is kept, and a little of the reflection. The highlights give the gloss, and the flattened
-lips show whether the lipstick fades towards the border or has a darker rim.
+The net that reads a lipstick's numbers was trained on painted faces. In real photos its colours are
+paler and greyer than those on the lips, and its gloss is chance; only its roughness of the gloss is
+kept, and a little of the reflection. How a lipstick shines and fades is read by a net of its own
+(read_lipstick.py); highlights may show more gloss, and the flattened lips whether there is a darker
+rim.
 """
 
 from dataclasses import replace
@@ -17,6 +18,7 @@ from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.flat_lips import FlatLips
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
 from makeup_video.pipeline.reference.product_film import ProductFilm, ramp
+from makeup_video.pipeline.reference.read_lipstick import LipstickForm
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
 # Bare lips, as training/worn/bare_skin.py measures, and how lipstick of opacity 1 shows on them, by
@@ -39,13 +41,6 @@ _MOST_GLOSS = 1.2
 _PALE = 60.0  # L* on typical skin above which a lipstick is pale
 _PALER = 0.5  # what is kept of the L* beyond that
 _OWN_HUE = 0.8  # of the photo's skin, as of TypicalSkin: with less a rose is coral, a brown a mauve
-_HARDLY_FADES = 0.11  # how much even lipsticks seem to fade at most
-# The gradient for what a lipstick fades beyond that: so painted lips fade as in the photo.
-_STEEPER = 2.8
-_MOST_GRADIENT = 0.9
-# Deep lipstick hardly ever fades, and an even one often seems to: up to the first L* it gets half
-# of the gradient, from the second one on all of it.
-_DEEP, _DEEP_SHARE = (49.0, 54.0), 0.5
 # The least gradient of light lipstick that may not be worn: a border where bare lips have none
 # looks drawn on. All of it from the second L* on, and up to the first probability.
 _SOFT = 0.3
@@ -58,7 +53,7 @@ _HARDLY_DARKER = 4.0  # by how much darker than that, in L*, a border is still n
 _DARKER = 6.0  # by how much more it is a whole one
 _NARROW = 2.5  # how many times as much a rim differs as is seen, since it is narrow
 _DARKEST_RIM = 0.5  # of the lipstick's L*: darker ones would stand out as a black outline
-_SHINE = 0.03  # what gloss 1 adds to the roots of the lips' median
+_SHINE = 0.015  # what gloss 1 adds to the roots of the lips' median
 
 
 def lip_pixels(neutral: NeutralFace) -> np.ndarray | None:
@@ -84,25 +79,25 @@ def fit_lips(
     pixels: np.ndarray | None,
     lips: GraphicsParams,
     flat: FlatLips,
+    form: LipstickForm,
     probability: float = 1.0,
 ) -> Layer:
     """The lipstick with the colour and the opacity that fit, and the finish nearest to both.
 
     pixels: as of lip_pixels.  lips: as the net reads it; kept where hardly any lips are seen.
-    flat: the lips laid flat.  probability: that lipstick is worn; the less likely, the softer the
-    border of a light one.
+    flat: the lips laid flat.  form: how the lipstick shines and fades.  probability: that it is
+    worn; the less likely, the softer the border of a light one.
     """
-    gradient = min(_STEEPER * max(flat.fade() - _HARDLY_FADES, 0.0), _MOST_GRADIENT)
     if pixels is None:
-        return Layer("lipstick", lips, {"gradient": round(gradient, 3)})
+        return Layer("lipstick", lips, {"gradient": form.gradient})
     seen = shown_by_lips(neutral, pixels)
     contrast = float(np.linalg.norm(seen - FILM.bare))
     opacity = min(max(contrast / _CONTRAST, _LEAST_OPACITY), _MOST_OPACITY)
-    gloss, reflection = _gloss(pixels), min(lips.reflection, _MOST_REFLECTION)
+    gloss, reflection = max(form.gloss, _gloss(pixels)), min(lips.reflection, _MOST_REFLECTION)
     roughness = min(lips.gloss_roughness, _ROUGHEST)
     skin = TypicalSkin.of(neutral, _OWN_HUE)
     lips_roots = _no_chalk(skin, skin.roots(seen))
-    gradient = _likely_gradient(gradient, float(skin.lab(lips_roots)[0]), probability)
+    gradient = max(form.gradient, _least_gradient(float(skin.lab(lips_roots)[0]), probability))
     matte = lips_roots - _SHINE * min(gloss, 1) * opacity
     dense = 1 - _THINNER * gradient * gradient
     roots = np.clip(FILM.product_for(matte, opacity * dense), 0, skin.most())
@@ -118,14 +113,9 @@ def fit_lips(
     return Layer("lipstick", worn, shape | _rim(skin, worn, roots, flat.bands()))
 
 
-def _likely_gradient(seen: float, lightness: float, probability: float) -> float:
-    """The gradient of a lipstick of this L* on typical skin, worn with this probability.
-
-    seen: by how the lips fade.
-    """
-    deep, light = 1 - ramp(lightness, _DEEP), ramp(lightness, _LIGHT)
-    soft = _SOFT * light * (1 - ramp(probability, _UNSURE))
-    return max(seen * (1 - (1 - _DEEP_SHARE) * deep), soft)
+def _least_gradient(lightness: float, probability: float) -> float:
+    """Of a lipstick of this L* on typical skin, worn with this probability."""
+    return _SOFT * ramp(lightness, _LIGHT) * (1 - ramp(probability, _UNSURE))
 
 
 def _gloss(pixels: np.ndarray) -> float:

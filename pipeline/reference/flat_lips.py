@@ -13,6 +13,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 from makeup_video.pipeline.faces.net import read_array
+from makeup_video.pipeline.faces.topology import MOUTH_CORNERS
 from makeup_video.pipeline.frames.sampling import remap
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
 from makeup_video.pipeline.render.surfaces.lips import LIP_RINGS
@@ -35,11 +36,6 @@ _BORDERS = (slice(1, 8), slice(16, 23))  # rows about the upper and the lower bo
 # Rows of the upper lip near its border and further in, which count with those of the lower lip, and
 # columns away from the corners.
 _OUTER, _INNER, _MIDDLE_COLUMNS = slice(5, 7), slice(8, 11), slice(4, 12)
-# Bare lips there, as training/worn/bare_skin.py measures.
-_BARE_BANDS = np.array([[0.769, 0.663, 0.709], [0.754, 0.607, 0.690]])
-# Distances between lipstick and bare lips, of their tints and of their roots, at which half of the
-# lipstick's fade is trusted.
-_LEAST_TINT, _LEAST_FILM = 0.2, 0.08
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,33 +78,6 @@ class FlatLips:
         rows12 = (rows24[:12] + rows24[:11:-1]) / 2
         return np.stack([rows12[_OUTER].mean(0), rows12[_INNER].mean(0)])
 
-    def fade(self) -> float:
-        """How much less lipstick there is near the border of the lips than further in, 0..1.
-
-        Films mix roots, but the shade in the mouth darkens them. The hues stay the same in it, but
-        those of a dark lipstick hardly depend on how dense it is. So the smaller of both counts.
-        """
-        seen, bare = self.bands(), _BARE_BANDS
-        film = _less(seen - bare, _LEAST_FILM)
-        tint = _less(_tints(seen) - _tints(bare), _LEAST_TINT)
-        return min(max(min(film, tint), 0.0), 1.0)
-
-
-def _less(off: np.ndarray, least: float) -> float:
-    """By which share lipstick is less near the border than further in: 1 where it is none.
-
-    off: (2, N) what sets both apart from bare lips.  least: the distance at which half counts.
-    """
-    outer, inner = off
-    return float(inner @ (inner - outer) / (inner @ inner + least * least))
-
-
-def _tints(roots: np.ndarray) -> np.ndarray:
-    """(..., 3) roots -> (..., 2) the logarithms of R / G and B / G of the light."""
-    logs = 2 * np.log(np.maximum(roots, _DARKEST))
-    tints: np.ndarray = logs[..., [0, 2]] - logs[..., 1:2]
-    return tints
-
 
 def middles(numbers: np.ndarray) -> np.ndarray:
     """(..., 102) of numbers() -> (..., 4, 3): blocks in the middle of both lips."""
@@ -130,7 +99,8 @@ def flat_lips(neutral: NeutralFace) -> FlatLips:
     """The lips of a face in neutral light."""
     soft = cv2.GaussianBlur(neutral.linear, (0, 0), _BLUR_PX)
     points = neutral.face.points_px[:, :2].astype(np.float32)
-    width = float(np.linalg.norm(points[61] - points[291]))
+    left, right = points[list(MOUTH_CORNERS)]
+    width = float(np.linalg.norm(left - right))
     lines = [[_line(points[ids]) for ids in lip] for lip in (_UPPER, _LOWER)]
     upper, lower = (_lip(soft, outer, inner, width) for outer, inner in lines)
     gaps = [lines[0][1], lines[1][1]], lines[0], lines[1]

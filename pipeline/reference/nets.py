@@ -8,8 +8,9 @@ from functools import cache
 from makeup_video.pipeline.errors import InstallError
 from makeup_video.pipeline.faces.net import Net
 
-# The nets of the whole face and of the eyes' corners; the others are named like their crops.
-MAKEUP, LINER = "makeup", "liner"
+# The nets of the whole face, of the eyes' corners and of the mouth; the others are named like their
+# crops.
+MAKEUP, LINER, LIPSTICK = "makeup", "liner", "lipstick"
 _LOADING = threading.Lock()  # no net is loaded twice
 
 

@@ -86,7 +86,6 @@ def measure(folder: Path, out: Path) -> None:
     rng, painted = np.random.default_rng(0), Painted()
     eyes: list[np.ndarray] = []
     lips: list[np.ndarray] = []
-    bands: list[np.ndarray] = []
     cheeks = np.zeros((SIDE, SIDE, 4))
     for number, (rgb8, face) in enumerate(bare_faces(folder)):
         seen = Colours.of(neutral_of(rgb8, face))
@@ -94,7 +93,6 @@ def measure(folder: Path, out: Path) -> None:
             continue
         eyes.append(seen.eyes)
         lips.append(shown_by_lips(seen.neutral, seen.lips))
-        bands.append(seen.flat_lips.bands())
         _splat(cheeks, seen.cheeks)
         for _ in range(0 if number % _PAINTED else _COLOURS):
             red, green, blue = rng.integers(0, 256, 3).tolist()
@@ -113,7 +111,6 @@ def measure(folder: Path, out: Path) -> None:
     np.save(out / "bare_cheeks.npy", blurred.astype(np.float16))
     list_hashes(out)
     print(f"{len(eyes)} faces; lips {np.median(lips, axis=0).round(3).tolist()}")
-    print(f"near their border, and further in: {np.median(bands, axis=0).round(3).tolist()}")
     for name in ("blush", "lips"):
         print(
             name,

@@ -1,6 +1,6 @@
 """Draws looks of several kinds, as people wear them, for the net that reads what is worn."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +46,7 @@ def draw_look(
 
 def _shadows(rng: np.random.Generator, shades: dict[str, list[str]]) -> list[Layer]:
     slots = [slot for slot, share in SLOT_SHARE.items() if rng.random() < share][:4]
-    first, strength = _colour(rng, shades.get("eyes", [])), rng.uniform(0.3, 1)
+    first, strength = rgb_from(rng, shades.get("eyes", [])), rng.uniform(0.3, 1)
     layers = []
     for slot in slots or ["lid"]:
         rgb = first
@@ -54,7 +54,7 @@ def _shadows(rng: np.random.Generator, shades: dict[str, list[str]]) -> list[Lay
             low, high = rng.uniform(0.4, 1.3), rng.normal(0, 10, 3)
             rgb = _clipped(np.array(first) * low + high)
         elif layers:
-            rgb = _colour(rng, shades.get("eyes", []))
+            rgb = rgb_from(rng, shades.get("eyes", []))
         here = float(np.clip(strength * rng.uniform(0.6, 1.3), 0.2, 1))
         layers.append(_layer(rng, "eyeshadow", rgb, {"slot": slot}, here))
     return layers
@@ -82,7 +82,7 @@ def _blush(rng: np.random.Generator, shades: dict[str, list[str]]) -> list[Layer
 
 def _lips(rng: np.random.Generator, shades: dict[str, list[str]]) -> list[Layer]:
     shape = {"gradient": float(rng.uniform(0.3, 1)) if rng.random() < 0.25 else 0.0}
-    rgb = _colour(rng, shades.get("lips", []))
+    rgb = rgb_from(rng, shades.get("lips", []))
     return [_layer(rng, "lipstick", rgb, shape, float(rng.uniform(0.3, 1)))]
 
 
@@ -94,7 +94,8 @@ def _layer(
     return Layer(kind, worn, shape, strength)
 
 
-def _colour(rng: np.random.Generator, shades: list[str]) -> Rgb:
+def rgb_from(rng: np.random.Generator, shades: Sequence[str]) -> Rgb:
+    """A colour of a shop, or any colour, codes 0..255."""
     if shades and rng.random() < _FROM_SHOPS:
         known = rgb_of_hex(shades[rng.integers(len(shades))])
         if known is not None:

@@ -14,20 +14,14 @@ import numpy as np
 from makeup_video.pipeline.reference.read_liner import ANGLE_UNIT, liner_numbers
 from makeup_video.training.inputs import existing
 from makeup_video.training.worn.real_photos import estimated
-from makeup_video.training.worn.scores import area_under_curve
-from makeup_video.training.worn.table import rows_of
+from makeup_video.training.worn.scores import agreement, area_under_curve
+from makeup_video.training.worn.table import photos_of
 
 _LABELS = Path(__file__).with_name("liners_of_looks.csv")
 
 
-def labelled(folders: list[Path]) -> dict[Path, dict[str, str]]:
-    """The rows of the labels, by photo."""
-    places = [(folder / row["name"], row) for row in rows_of(_LABELS) for folder in folders]
-    return {path: row for path, row in places if path.exists()}
-
-
 def evaluate(folders: list[Path]) -> str:
-    labels = labelled(folders)
+    labels = photos_of(_LABELS, folders)
     rows, found, shapes = [], [], []
     for path, photo, one in estimated(list(labels)):
         for layer in one.look.of("eyeliner"):
@@ -46,9 +40,9 @@ def evaluate(folders: list[Path]) -> str:
         f"{len(rows)} photos on which liner is read; wings: area under curve {area:.3f}",
         _found("wings", read_as["wing"] > 0, wing),
         _found("lower lines", read_as["lower"] > 0, below),
-        _agreement("length of wings, as the net returns it", lengths, seen["length"]),
-        _agreement("angle of wings, as the net returns it", ANGLE_UNIT * angles, seen["angle"]),
-        _agreement("thickness", read_as["thickness"], seen["thickness"]),
+        agreement("length of wings, as the net returns it", lengths, seen["length"]),
+        agreement("angle of wings, as the net returns it", ANGLE_UNIT * angles, seen["angle"]),
+        agreement("thickness", read_as["thickness"], seen["thickness"]),
     ]
     return "\n".join(lines)
 
@@ -61,13 +55,6 @@ def _found(name: str, read_as: np.ndarray, label: np.ndarray) -> str:
     """In how many photos something is read, by their labels."""
     counts = [f"{read_as[label == one].sum()} of {(label == one).sum()}" for one in (2, 1, 0)]
     return f"{name}: read in {counts[0]} with one, {counts[1]} unsure, {counts[2]} without"
-
-
-def _agreement(name: str, found: np.ndarray, true: np.ndarray) -> str:
-    known = np.isfinite(true)
-    found, true = found[known], true[known]
-    correlation = np.corrcoef(found, true)[0, 1]
-    return f"{name}: correlation {correlation:.2f}, mean {found.mean():.3f}, true {true.mean():.3f}"
 
 
 if __name__ == "__main__":

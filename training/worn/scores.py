@@ -31,3 +31,11 @@ def logistic(
         slope = rows.T @ ((found - is_worn) * counts) + ridge * weights
         weights -= np.linalg.solve(curve + ridge * np.eye(len(weights)), slope)
     return weights
+
+
+def agreement(name: str, found: np.ndarray, true: np.ndarray) -> str:
+    """In words, how numbers that are found agree with the truth where that is known (not nan)."""
+    known = np.isfinite(true)
+    found, true = found[known], true[known]
+    correlation = np.corrcoef(found, true)[0, 1]
+    return f"{name}: correlation {correlation:.2f}, mean {found.mean():.3f}, true {true.mean():.3f}"

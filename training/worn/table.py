@@ -1,6 +1,7 @@
 """Tables of labels: worn.csv, what is worn in each picture of a folder, and our own."""
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 
@@ -18,6 +19,12 @@ def rows_of(path: Path) -> list[dict[str, str]]:
     """The rows of a CSV file (UTF-8), by column."""
     with path.open(newline="", encoding="utf-8") as table:
         return list(csv.DictReader(table))
+
+
+def photos_of(path: Path, folders: Sequence[Path]) -> dict[Path, dict[str, str]]:
+    """The rows of a CSV file of labels by the photos of these folders that they name."""
+    places = [(folder / row["name"], row) for row in rows_of(path) for folder in folders]
+    return {photo: row for photo, row in places if photo.exists()}
 
 
 def _table(folder: Path) -> Path:

@@ -7,59 +7,39 @@ The last tenth of the drawn corners is held out: the crops of one face are neigh
 """
 
 import argparse
-import time
 from pathlib import Path
 
 import numpy as np
 import torch
-from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
-from makeup_video.training.inputs import made_by
+from makeup_video.pipeline.reference.read_liner import CORNER_WH
+from makeup_video.training.worn import form_net
 from makeup_video.training.worn.corner import NUMBERS, Corner
+from makeup_video.training.worn.form_net import BATCH, FormNet, learn, numbers_of, parser_of
 from makeup_video.training.worn.scores import area_under_curve
 from makeup_video.training.worn.vary_corners import varied
 from torch import Tensor, nn
 from torch.nn import functional
 
 HELD_OUT = 0.1
-BATCH, RATE, WARM_UP, CLIP, DECAY, AVERAGE = 96, 2e-3, 200, 5.0, 1e-3, 0.99
-CHANNELS = (12, 32, 64)
-LAST, HIDDEN, DROPPED = 96, 64, 0.3
 # Of a batch: drawn corners, real ones without a wing that is known, and with one.
 SHARES = 0.72, 0.22, 0.06
-GRID = 2, 3  # of the means that remain of the last features
 # Of the losses, in the order of NUMBERS.
 WEIGHTS = (1.0, 2.0, 4.0, 2.0, 8.0)
 _LIKELY = np.array([name in ("liner", "wing") for name in NUMBERS])  # log-odds
 
 
-class LinerNet(nn.Module):
+class LinerNet(FormNet):
     """Corners (N, 72, 112, 3) uint8 -> (N, 4): all of NUMBERS but the liner."""
 
     def __init__(self) -> None:
-        super().__init__()
-        layers, before = [], 3
-        for channels, after in zip(CHANNELS, (16, *CHANNELS[1:]), strict=True):
-            layers += [_block(before, channels, 2), _block(channels, after, 1)]
-            before = after
-        layers += [_block(before, LAST, 2), nn.AvgPool2d(3, 2), nn.Flatten()]
-        layers += [nn.Dropout(DROPPED), nn.Linear(LAST * GRID[0] * GRID[1], HIDDEN), nn.ReLU()]
-        self.layers = nn.Sequential(*layers, nn.Linear(HIDDEN, len(NUMBERS)))
+        super().__init__(len(NUMBERS))
 
     def forward(self, rgb8: Tensor) -> Tensor:
         return self.all_numbers(rgb8)[:, 1:]
 
     def all_numbers(self, rgb8: Tensor) -> Tensor:
         """(N, 5): the log-odds of a liner come first, which only help to train."""
-        found: Tensor = self.layers(rgb8.permute(0, 3, 1, 2).float() / 63.75 - 1.8)
-        return found
-
-
-def _block(before: int, channels: int, stride: int) -> nn.Sequential:
-    return nn.Sequential(
-        nn.Conv2d(before, channels, 3, stride, 1, bias=False),
-        nn.BatchNorm2d(channels),
-        nn.ReLU(inplace=True),
-    )
+        return super().forward(rgb8)
 
 
 def loss_of(found: Tensor, targets: Tensor) -> Tensor:
@@ -105,36 +85,24 @@ def train(options: argparse.Namespace) -> None:
     torch.manual_seed(0)
     torch.set_num_threads(options.threads)
     corners = Corners(options.data)
-    held_out = corners.held_out
     net = LinerNet()
-    optimiser = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
-    state = Checkpoint(options.out.with_suffix(".pt"), net, optimiser, AVERAGE)
-    state.resume()  # a finished one is exported again
-    # a resumed run must not draw the examples of its beginning again
-    rng = np.random.default_rng(state.step)
-    torch.manual_seed(state.step)
-    began = time.monotonic()
-    for step in range(state.step, options.steps):
+
+    def loss_of_batch(rng: np.random.Generator) -> Tensor:
         seen, targets = corners.batch(rng)
-        loss = loss_of(net.all_numbers(seen), targets)
-        state.learn(loss, rate_at(step, options.steps, RATE, WARM_UP), CLIP)
-        if state.step % 200 == 0 or state.step == options.steps:
-            state.save(("liner", len(NUMBERS)))
-            seconds = time.monotonic() - began
-            print(f"step {state.step}, {seconds:.0f} s, loss {float(loss.detach()):.3f}, ", end="")
-            print(report(state.average.module, held_out.rgb8, held_out.target), flush=True)
-            export(state.average.module, options.out)
+        return loss_of(net.all_numbers(seen), targets)
+
+    held_out = corners.held_out
+    learn(
+        options, net, ("liner", len(NUMBERS)), loss_of_batch,
+        lambda average: report(average, held_out.rgb8, held_out.target), export,
+    )  # fmt: skip
 
 
-@torch.no_grad()
 def report(net: nn.Module, inputs: np.ndarray, targets: np.ndarray) -> str:
     """How well corners that are held out are read: areas under the ROC curve, and mean errors."""
-    net.eval()
-    parts = [net(torch.from_numpy(inputs[at : at + 256])) for at in range(0, len(inputs), 256)]
-    net.train()
     said = []
     for name, likely, found, true in zip(
-        NUMBERS[1:], _LIKELY[1:], torch.cat(parts).numpy().T, targets[:, 1:].T, strict=True
+        NUMBERS[1:], _LIKELY[1:], numbers_of(net, inputs).T, targets[:, 1:].T, strict=True
     ):
         there = np.isfinite(true)
         if not there.any():
@@ -148,19 +116,8 @@ def report(net: nn.Module, inputs: np.ndarray, targets: np.ndarray) -> str:
 
 def export(net: nn.Module, path: Path) -> None:
     """Write the net as ONNX: `rgb8` -> `liner`."""
-    net.eval()
-    torch.onnx.export(
-        net, (torch.zeros(2, 72, 112, 3, dtype=torch.uint8),), str(path), dynamo=False,
-        input_names=["rgb8"], output_names=["liner"], opset_version=17,
-        dynamic_axes={name: {0: "n"} for name in ("rgb8", "liner")},
-    )  # fmt: skip
-    net.train()
+    form_net.export(net, path, CORNER_WH, "liner")
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=made_by("worn.liner_crops"), required=True)
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--steps", type=int, default=1900)
-    parser.add_argument("--threads", type=int, default=2)
-    train(parser.parse_args())
+    train(parser_of(__doc__, "worn.liner_crops").parse_args())

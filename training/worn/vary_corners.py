@@ -10,8 +10,8 @@ import math
 import cv2
 import numpy as np
 from makeup_video.pipeline.reference.read_liner import ANGLE_UNIT, CORNER_WH, CORNER_XY, EYE_PX
-from makeup_video.training.faces.augment import jpeg
 from makeup_video.training.worn.corner import Corner
+from makeup_video.training.worn.vary_photos import moved, photographed
 
 # How often a corner without a wing gets one, and what else is drawn, and how often.
 _WING_SHARE = 0.35
@@ -35,7 +35,7 @@ def varied(corner: Corner, rng: np.random.Generator) -> tuple[np.ndarray, np.nda
     for share, add in ((_HAIR_SHARE, _with_hair), (_FOLD_SHARE, _with_fold)):
         if rng.random() < share:
             rgb8 = add(rgb8, rng)
-    return _photographed(_moved(rgb8, rng), rng), target
+    return photographed(moved(rgb8, np.array(CORNER_XY), rng), rng), target
 
 
 def _with_wing(
@@ -133,31 +133,6 @@ def _with_fold(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     depth = rng.uniform(0.1, 0.4) / max(float(fold.max()), 1e-3)
     darker: np.ndarray = (rgb8 * (1 - depth * fold[..., None])).astype(np.uint8)
     return darker
-
-
-def _moved(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Turned, scaled and shifted about the corner, as landmarks of photos err."""
-    turn, scale = rng.normal(0, 0.07), math.exp(rng.normal(0, 0.05))
-    linear = scale * np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
-    shift = CORNER_XY - linear @ CORNER_XY + rng.normal(0, 1.6, 2)
-    moved = np.column_stack([linear, shift])
-    return cv2.warpAffine(rgb8, moved, CORNER_WH, borderMode=cv2.BORDER_REPLICATE)
-
-
-def _photographed(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Blurred, compressed, in other light, and noisy."""
-    if rng.random() < 0.5:
-        factor = rng.uniform(0.3, 0.9)
-        small = cv2.resize(rgb8, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
-        rgb8 = cv2.resize(small, CORNER_WH, interpolation=cv2.INTER_LINEAR)
-    if rng.random() < 0.4:
-        rgb8 = jpeg(rgb8, int(rng.integers(25, 90)))
-    x = (rgb8.astype(np.float32) / 255) ** math.exp(rng.normal(0, 0.3))
-    x *= np.exp(rng.normal(0, 0.12, 3) + rng.normal(0, 0.15))
-    x = x.mean() + (x - x.mean()) * rng.uniform(0.7, 1.4)
-    x += rng.normal(0, rng.uniform(0, 0.03), x.shape)
-    coded: np.ndarray = np.rint(255 * x.clip(0, 1)).astype(np.uint8)
-    return coded
 
 
 def _at(lid: np.ndarray, x: np.ndarray | float) -> np.ndarray:

@@ -21,6 +21,7 @@ from makeup_video.pipeline.reference.flat_eyes import FLAT_HW, density, flat_eye
 from makeup_video.pipeline.reference.flat_lips import flat_lips
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
+from makeup_video.pipeline.reference.read_lipstick import LipstickForm, read_lipstick
 from makeup_video.pipeline.render.apply_look import PaintPictures
 from people import portrait
 from reference_photos import face
@@ -40,8 +41,9 @@ def wearing(*layers):
     return neutral_face(rgb8, face(), photo_light(rgb8, face()))
 
 
-def lips_of(neutral, lips, probability=1.0):
-    return fit_lips(neutral, lip_pixels(neutral), lips, flat_lips(neutral), probability)
+def lips_of(neutral, lips, probability=1.0, form=None):
+    form = form or read_lipstick(neutral.rgb8, neutral.face)
+    return fit_lips(neutral, lip_pixels(neutral), lips, flat_lips(neutral), form, probability)
 
 
 def shadows_of(neutral):
@@ -112,7 +114,8 @@ def test_a_gradient_is_found_again_with_its_colour():
 def test_only_a_light_lipstick_that_is_unsure_ends_softly(rgb, softer):
     worn = replace(product(rgb, "matte", "lips"), opacity=0.95)
     seen = wearing(Layer("lipstick", worn))
-    sure, likely, unsure = (lips_of(seen, LIPS, p).shape["gradient"] for p in (1.0, 0.8, 0.4))
+    even = LipstickForm(0.0, 0.0)
+    sure, likely, unsure = (lips_of(seen, LIPS, p, even).shape["gradient"] for p in (1.0, 0.8, 0.4))
     assert sure < likely < unsure if softer else sure == likely == unsure
 
 
@@ -279,7 +282,9 @@ def test_a_pink_shadow_in_soft_light_is_no_white_veil():
 def test_lips_beside_skin_that_is_too_dark_are_not_chalk():
     neutral = wearing(Layer("lipstick", replace(product((190, 70, 80), "matte", "lips"))))
     shaded = replace(neutral, skin=neutral.skin / 4)
-    read = fit_lips(shaded, lip_pixels(neutral), LIPS, flat_lips(neutral)).product
+    read = fit_lips(
+        shaded, lip_pixels(neutral), LIPS, flat_lips(neutral), LipstickForm(0.2, 0.0)
+    ).product
     lab = lab_of(np.array([read.red, read.green, read.blue]))
     assert lab[0] < 75 and lab[1] > 15
 

@@ -24,7 +24,9 @@ def test_each_net_is_loaded_once_while_the_photo_is_decoded(monkeypatch):
     monkeypatch.setattr(nets, "Net", Noted)
     read = look_from_photo(SAMPLES / "look.jpg")
     assert len(read.layers) > 1
-    assert sorted(loaded) == [f"reference_{name}" for name in ("eyes", "liner", "lips", "makeup")]
+    assert sorted(loaded) == [
+        f"reference_{name}" for name in ("eyes", "liner", "lips", "lipstick", "makeup")
+    ]
     assert not any(thread.name == "makeup-reference" for thread in threading.enumerate())
 
 

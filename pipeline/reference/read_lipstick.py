@@ -1,0 +1,75 @@
+"""Reads how a lipstick shines and fades towards its border, with a net that sees the mouth.
+
+It tells both in the words of people who looked at mouths: gloss 0 for matte, 1 for satin, 2 for
+glossy, 3 for wet; fade 0 where lipstick is even up to its border, 2 where it fades out there, 3
+where it lies along the opening alone. How much of each is painted so that people say the same of
+painted mouths: docs/decisions/reference.md.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.faces.topology import MOUTH_CORNERS
+from makeup_video.pipeline.frames.affine import AffineArray
+from makeup_video.pipeline.frames.views import RgbPicture
+from makeup_video.pipeline.reference.nets import LIPSTICK, reference_net
+
+MOUTH_WH = (112, 80)  # px of the net's input
+MOUTH_PX = 78.4  # width of the mouth there
+# The middle of the outer contour of the lips, above and below.
+_MIDDLES = (0, 17)
+# What the net returns, and the dials of lipstick that are painted for it.
+_GLOSS_SEEN = (0.77, 1.11, 1.4, 1.68, 1.91, 2.34, 2.81)
+_GLOSS = (0.0, 0.1, 0.3, 0.5, 0.75, 1.15, 1.5)
+_FADE_SEEN = (0.22, 0.38, 0.82, 1.32, 1.54)
+_GRADIENT = (0.0, 0.5, 0.7, 0.9, 0.95)
+
+
+@dataclass(frozen=True, slots=True)
+class LipstickForm:
+    """The numbers of lipstick that describe how it shines and fades: gloss of the product, and the
+    dial of the gradient."""
+
+    gloss: float
+    gradient: float
+
+
+def read_lipstick(rgb8: np.ndarray, face: Face) -> LipstickForm:
+    """The form of a face's lipstick, which is taken to be worn.
+
+    rgb8: (H, W, 3) uint8, R'G'B'.  Raises InstallError without the net.
+    """
+    gloss, fade = lipstick_numbers(rgb8, face).tolist()
+    return LipstickForm(
+        round(float(np.interp(gloss, _GLOSS_SEEN, _GLOSS)), 3),
+        round(float(np.interp(fade, _FADE_SEEN, _GRADIENT)), 3),
+    )
+
+
+def lipstick_numbers(rgb8: np.ndarray, face: Face) -> np.ndarray:
+    """(2,) what the net returns, gloss and fade: the mean of the mouth and its mirror image."""
+    mouth = mouth_input(rgb8, face)
+    found = reference_net(LIPSTICK)(np.stack([mouth, mouth[:, ::-1]]))["lipstick"]
+    numbers: np.ndarray = found.mean(0)
+    return numbers
+
+
+def mouth_input(rgb8: np.ndarray, face: Face) -> np.ndarray:
+    """The net's input, (80, 112, 3) uint8: the mouth, its corners level."""
+    return RgbPicture(rgb8).crop(mouth_place(face), MOUTH_WH)
+
+
+def mouth_place(face: Face) -> AffineArray:
+    """Where the picture of mouth_input lies: the affine map from its px to the photo's."""
+    points = face.points_px[:, :2].astype(np.float64)
+    left, right = points[list(MOUTH_CORNERS)]
+    along = right - left
+    if not along.any():
+        along = np.array([1.0, 0.0])
+    across = np.array([-along[1], along[0]])
+    middle = (left + right) / 2
+    rise = (points[list(_MIDDLES)].mean(0) - middle) @ across / (across @ across)
+    linear = np.column_stack([along, across]) / MOUTH_PX
+    centre = (np.array(MOUTH_WH) - 1) / 2
+    return np.column_stack([linear, middle + rise * across - linear @ centre])

@@ -1,0 +1,44 @@
+"""How well the gloss and the fade of lipsticks in real photos are read.
+
+    python -m makeup_video.training.worn.evaluate_lipstick --looks DIR...
+
+The folders have the photos that lipsticks_of_looks.csv names: people with makeup. Two people
+labelled the gloss and the fade of each, as of read_lipstick.py (means).
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from makeup_video.pipeline.reference.read_lipstick import lipstick_numbers
+from makeup_video.training.inputs import existing
+from makeup_video.training.worn.mouth import NUMBERS
+from makeup_video.training.worn.real_photos import estimated
+from makeup_video.training.worn.scores import agreement
+from makeup_video.training.worn.table import photos_of
+
+_LABELS = Path(__file__).with_name("lipsticks_of_looks.csv")
+
+
+def evaluate(folders: list[Path]) -> str:
+    labels = photos_of(_LABELS, folders)
+    seen, returned, painted = [], [], []
+    for path, photo, one in estimated(list(labels)):
+        for layer in one.look.of("lipstick"):
+            seen.append([float(labels[path][name]) for name in NUMBERS])
+            returned.append(lipstick_numbers(photo.rgb8, photo.face))
+            painted.append((layer.product.gloss, layer.whole_shape["gradient"]))
+    if not seen:
+        raise SystemExit(f"--looks: none of the photos of {_LABELS.name} is in these folders")
+    lines = [f"{len(seen)} photos on which lipstick is read"]
+    by_number = zip(NUMBERS, *(np.array(each).T for each in (seen, returned, painted)), strict=True)
+    for name, true, by_net, as_painted in by_number:
+        lines.append(agreement(f"{name}, as the net returns it", by_net, true))
+        lines.append(agreement(f"{name}, as it is painted", as_painted, true))
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--looks", type=existing, nargs="+", required=True)
+    print(evaluate(parser.parse_args().looks))

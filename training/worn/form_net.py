@@ -1,0 +1,105 @@
+"""A small net that reads the form of a kind of makeup from a close crop, and how it is trained."""
+
+import argparse
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import torch
+from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
+from makeup_video.training.inputs import made_by
+from torch import Tensor, nn
+
+BATCH, RATE, WARM_UP, CLIP, DECAY, AVERAGE = 96, 2e-3, 200, 5.0, 1e-3, 0.99
+CHANNELS = (12, 32, 64)
+LAST, HIDDEN, DROPPED = 96, 64, 0.3
+GRID = 2, 3  # of the means that remain of the last features
+
+
+class FormNet(nn.Module):
+    """Pictures (N, 72 or 80, 112, 3) uint8 -> (N, count) numbers."""
+
+    def __init__(self, count: int) -> None:
+        super().__init__()
+        layers, before = [], 3
+        for channels, after in zip(CHANNELS, (16, *CHANNELS[1:]), strict=True):
+            layers += [_block(before, channels, 2), _block(channels, after, 1)]
+            before = after
+        layers += [_block(before, LAST, 2), nn.AvgPool2d(3, 2), nn.Flatten()]
+        layers += [nn.Dropout(DROPPED), nn.Linear(LAST * GRID[0] * GRID[1], HIDDEN), nn.ReLU()]
+        self.layers = nn.Sequential(*layers, nn.Linear(HIDDEN, count))
+
+    def forward(self, rgb8: Tensor) -> Tensor:
+        found: Tensor = self.layers(rgb8.permute(0, 3, 1, 2).float() / 63.75 - 1.8)
+        return found
+
+
+def _block(before: int, channels: int, stride: int) -> nn.Sequential:
+    return nn.Sequential(
+        nn.Conv2d(before, channels, 3, stride, 1, bias=False),
+        nn.BatchNorm2d(channels),
+        nn.ReLU(inplace=True),
+    )
+
+
+def parser_of(description: str | None, data_from: str) -> argparse.ArgumentParser:
+    """The command's options; data_from: the module that packs its crops."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--data", type=made_by(data_from), required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--steps", type=int, default=1900)
+    parser.add_argument("--threads", type=int, default=2)
+    return parser
+
+
+def learn(
+    options: argparse.Namespace,
+    net: FormNet,
+    layout: tuple[str, int],
+    loss_of_batch: Callable[[np.random.Generator], Tensor],
+    report: Callable[[nn.Module], str],
+    export: Callable[[nn.Module, Path], None],
+) -> None:
+    """Train a net, or train one further that was interrupted; now and then save and export it.
+
+    layout: tells checkpoints of other nets apart.  loss_of_batch: of examples that it draws.
+    report: how well examples are read that are held out.
+    """
+    optimiser = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
+    state = Checkpoint(options.out.with_suffix(".pt"), net, optimiser, AVERAGE)
+    state.resume()  # a finished one is exported again
+    # a resumed run must not draw the examples of its beginning again
+    rng = np.random.default_rng(state.step)
+    torch.manual_seed(state.step)
+    began = time.monotonic()
+    for step in range(state.step, options.steps):
+        loss = loss_of_batch(rng)
+        state.learn(loss, rate_at(step, options.steps, RATE, WARM_UP), CLIP)
+        if state.step % 200 == 0 or state.step == options.steps:
+            state.save(layout)
+            seconds = time.monotonic() - began
+            print(f"step {state.step}, {seconds:.0f} s, loss {float(loss.detach()):.3f}, ", end="")
+            print(report(state.average.module), flush=True)
+            export(state.average.module, options.out)
+
+
+@torch.no_grad()
+def numbers_of(net: nn.Module, pictures: np.ndarray) -> np.ndarray:
+    """(N, count) what a net returns for pictures (N, H, W, 3) uint8."""
+    net.eval()
+    parts = [net(torch.from_numpy(pictures[at : at + 256])) for at in range(0, len(pictures), 256)]
+    net.train()
+    found: np.ndarray = torch.cat(parts).numpy()
+    return found
+
+
+def export(net: nn.Module, path: Path, size_wh: tuple[int, int], name: str) -> None:
+    """Write the net as ONNX: `rgb8` of this size -> `name`."""
+    net.eval()
+    torch.onnx.export(
+        net, (torch.zeros(2, *size_wh[::-1], 3, dtype=torch.uint8),), str(path), dynamo=False,
+        input_names=["rgb8"], output_names=[name], opset_version=17,
+        dynamic_axes={key: {0: "n"} for key in ("rgb8", name)},
+    )  # fmt: skip
+    net.train()

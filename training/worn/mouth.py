@@ -1,0 +1,31 @@
+"""Mouths, as the net that reads lipstick learns from them."""
+
+from typing import NamedTuple
+
+import numpy as np
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.reference.read_lipstick import mouth_place
+from makeup_video.pipeline.render.surfaces.lips import LIP_RINGS
+
+# The outer and the inner contour of the upper lip, and those of the lower one, (4, 11) points.
+_CONTOURS = LIP_RINGS[[0, 3, 4, 7]]
+NUMBERS = ("gloss", "fade")  # what a target tells, as of read_lipstick.py
+
+
+class Mouth(NamedTuple):
+    """rgb8: (80, 112, 3) uint8, R'G'B', as of mouth_input.
+
+    target: (2,) float32, as of NUMBERS.  contours: (4, 11, 2) float32 px of rgb8, from one corner
+    of the mouth to the other: the outer and the inner contour of the upper lip, then of the lower.
+    """
+
+    rgb8: np.ndarray
+    target: np.ndarray
+    contours: np.ndarray
+
+
+def contours_of(face: Face) -> np.ndarray:
+    """(4, 11, 2) float32: the contours of the lips in px of the mouth's picture."""
+    to_px = mouth_place(face)
+    to_mouth = np.linalg.inv(to_px[:, :2])
+    return np.float32((face.points_px[_CONTOURS, :2] - to_px[:, 2]) @ to_mouth.T)

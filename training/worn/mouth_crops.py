@@ -1,0 +1,93 @@
+"""Packs mouths, for the net that reads how lipstick shines and fades.
+
+    python -m makeup_video.training.worn.mouth_crops --faces DIR --sets portraits \
+        --shades DIR --out runs/mouths.npz
+
+DIR is as for prepare.py. Mouths without lipstick are painted: the truth is that of the drawn
+lipstick. Those of lipsticks.csv are packed as they are, with our labels, by eye.
+"""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.look.finishes import product
+from makeup_video.pipeline.look.look import Layer, Look
+from makeup_video.pipeline.reference.read_lipstick import mouth_input
+from makeup_video.pipeline.render.apply_look import PaintPictures
+from makeup_video.training.worn.draw_looks import read_shades, rgb_from
+from makeup_video.training.worn.mouth import Mouth, contours_of
+from makeup_video.training.worn.prepare import LABELS, named_faces, parser_of, rows
+from makeup_video.training.worn.table import rows_of
+
+_LABELS = Path(__file__).with_name("lipsticks.csv")
+_FADES, _SHINES, _COVERS = 0.5, 0.7, 0.75  # how often a drawn lipstick does
+_COVERING = 0.85  # least opacity of one that covers
+# What a person said of 240 lips painted with such numbers (means).
+_GLOSS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.15, 1.4)
+_GLOSS_SEEN = (0.46, 0.8, 1.05, 1.3, 1.45, 1.66, 1.88, 2.1)
+_GRADIENT = (0.0, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0)
+_FADE_SEEN = (0.08, 0.08, 0.15, 0.5, 1.06, 1.68, 1.95)
+
+Target = tuple[float, float]  # as of NUMBERS
+
+
+def labelled_lipsticks() -> dict[str, Target]:
+    """By picture, the targets of lipsticks.csv."""
+    return {row["name"]: (float(row["gloss"]), float(row["fade"])) for row in rows_of(_LABELS)}
+
+
+def draw_lipstick(rng: np.random.Generator, shades: Sequence[str]) -> Layer:
+    """A lipstick with any gloss and gradient, which often has none of them."""
+    gradient = float(rng.uniform(0.1, 1)) if rng.random() < _FADES else 0.0
+    gloss = float(rng.uniform(0, 1.3)) if rng.random() < _SHINES else 0.0
+    covers = (_COVERING, 1.0) if rng.random() < _COVERS else (0.35, _COVERING)
+    worn = replace(
+        product(rgb_from(rng, shades), "gloss" if gloss else "matte", "lips"),
+        opacity=float(rng.uniform(*covers)),
+        gloss=gloss,
+        gloss_roughness=float(rng.uniform(0.15, 0.4)),
+        reflection=float(rng.uniform(0, 0.05)),
+    )
+    return Layer("lipstick", worn, {"gradient": gradient})
+
+
+def target_of(lipstick: Layer) -> Target:
+    """What people would say of a drawn lipstick."""
+    gloss = float(np.interp(lipstick.product.gloss, _GLOSS, _GLOSS_SEEN))
+    return gloss, float(np.interp(lipstick.whole_shape["gradient"], _GRADIENT, _FADE_SEEN))
+
+
+def mouth_of(rgb8: np.ndarray, face: Face, target: Target) -> Mouth:
+    return Mouth(mouth_input(rgb8, face), np.float32(target), contours_of(face))
+
+
+def pack(options: argparse.Namespace) -> None:
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    rng, shades = np.random.default_rng(options.seed), read_shades(options.shades)["lips"]
+    paint, labels = PaintPictures(), labelled_lipsticks()
+    drawn: list[Mouth] = []
+    real: list[Mouth] = []
+    lips = list(LABELS).index("lips")
+    for name in options.sets:
+        pictures = dict(rows(options.faces / name))
+        for path, rgb8, face in named_faces(pictures):
+            if path.name in labels:
+                real.append(mouth_of(rgb8, face, labels[path.name]))
+            if pictures[path][lips] != 0:
+                continue
+            for _ in range(options.looks):
+                lipstick = draw_lipstick(rng, shades)
+                made_up = paint(rgb8, Look([lipstick]), [face])
+                drawn.append(mouth_of(made_up, face, target_of(lipstick)))
+        print(f"{name}: {len(drawn)} drawn mouths and {len(real)} real ones in all", flush=True)
+    packed = [np.stack(each) for each in zip(*drawn, *real, strict=True)]
+    is_real = np.arange(len(drawn) + len(real)) >= len(drawn)
+    np.savez(options.out, **dict(zip(Mouth._fields, packed, strict=True)), is_real=is_real)
+
+
+if __name__ == "__main__":
+    pack(parser_of(__doc__, looks=4).parse_args())
