@@ -13,6 +13,7 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import MOUTH_CORNERS
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.frames.views import RgbPicture
+from makeup_video.pipeline.reference.level_crop import level_place
 from makeup_video.pipeline.reference.nets import LIPSTICK, reference_net
 
 MOUTH_WH = (112, 80)  # px of the net's input
@@ -62,14 +63,7 @@ def mouth_input(rgb8: np.ndarray, face: Face) -> np.ndarray:
 
 def mouth_place(face: Face) -> AffineArray:
     """Where the picture of mouth_input lies: the affine map from its px to the photo's."""
-    points = face.points_px[:, :2].astype(np.float64)
-    left, right = points[list(MOUTH_CORNERS)]
-    along = right - left
-    if not along.any():
-        along = np.array([1.0, 0.0])
-    across = np.array([-along[1], along[0]])
-    middle = (left + right) / 2
-    rise = (points[list(_MIDDLES)].mean(0) - middle) @ across / (across @ across)
-    linear = np.column_stack([along, across]) / MOUTH_PX
-    centre = (np.array(MOUTH_WH) - 1) / 2
-    return np.column_stack([linear, middle + rise * across - linear @ centre])
+    level = level_place(face, MOUTH_CORNERS, MOUTH_PX, MOUTH_WH)
+    middle = face.points_px[list(_MIDDLES), :2].mean(0, dtype=np.float64)
+    _, row = np.linalg.solve(level[:, :2], middle - level[:, 2])
+    return level_place(face, MOUTH_CORNERS, MOUTH_PX, MOUTH_WH, row - (MOUTH_WH[1] - 1) / 2)

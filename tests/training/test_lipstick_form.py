@@ -103,15 +103,15 @@ def packed(path, count=100, real=40):
 
 
 @pytest.mark.parametrize("real", [0, 40, 100])
-def test_batches_hold_their_share_and_none_that_are_held_out(tmp_path, real, monkeypatch):
+def test_batches_hold_their_share_and_none_that_are_held_out(tmp_path, real):
     pytest.importorskip("torch")
     from makeup_video.training.worn import train_lipstick
 
-    monkeypatch.setattr(train_lipstick, "varied", lambda one, rng: (one.rgb8, one.target))
     packed(tmp_path / "data.npz", real=real)
-    mouths, rng = train_lipstick.Mouths(tmp_path / "data.npz"), np.random.default_rng(0)
+    mouths, rng = train_lipstick.examples(tmp_path / "data.npz"), np.random.default_rng(0)
     held_out = set(mouths.held_out.rgb8[:, 0, 0, 0].tolist())
-    numbers = np.concatenate([mouths.batch(rng)[0][:, 0, 0, 0].numpy() for _ in range(20)])
+    batches = [mouths.batch(rng, lambda one, _: (one.rgb8, one.target))[0] for _ in range(20)]
+    numbers = np.concatenate([batch[:, 0, 0, 0].numpy() for batch in batches])
     assert bool(held_out) == (real < 100) and not held_out & set(numbers.tolist())
     share = {0: 0, 40: 1 - train_lipstick.DRAWN_SHARE, 100: 1}[real]
     assert (numbers >= 100 - real).mean() == pytest.approx(share, abs=0.04)

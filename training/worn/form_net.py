@@ -4,6 +4,7 @@ import argparse
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -15,6 +16,10 @@ BATCH, RATE, WARM_UP, CLIP, DECAY, AVERAGE = 96, 2e-3, 200, 5.0, 1e-3, 0.99
 CHANNELS = (12, 32, 64)
 LAST, HIDDEN, DROPPED = 96, 64, 0.3
 GRID = 2, 3  # of the means that remain of the last features
+HELD_OUT = 0.1
+
+Example = Any  # a named tuple of arrays
+Vary = Callable[[Example, np.random.Generator], tuple[np.ndarray, np.ndarray]]
 
 
 class FormNet(nn.Module):
@@ -41,6 +46,45 @@ def _block(before: int, channels: int, stride: int) -> nn.Sequential:
         nn.BatchNorm2d(channels),
         nn.ReLU(inplace=True),
     )
+
+
+class Examples:
+    """Packed pictures, drawn ones and real ones: those that are learned from, and the last tenth of
+    the drawn ones, which are held out, since the pictures of one face are neighbours.
+
+    A file has the fields of `kind`, among them rgb8 and target, and is_real.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        kind: Callable[..., Example],
+        drawn_share: float,
+        how_rare: Callable[[np.ndarray], np.ndarray],
+    ) -> None:
+        """drawn_share: of a batch.  how_rare: how often a real picture is shown, by the targets."""
+        with np.load(path) as data:
+            is_real = data["is_real"]
+            self._parts = {name: data[name] for name in data.files if name != "is_real"}
+        self._kind = kind
+        drawn = int((~is_real).sum())  # which come first
+        shown = int(drawn * (1 - HELD_OUT))
+        self.held_out = kind(**{name: part[shown:drawn] for name, part in self._parts.items()})
+        often = np.where(is_real, how_rare(self._parts["target"]), 1.0)
+        often[shown:drawn] = 0
+        for group, share in ((is_real, 1 - drawn_share), (~is_real, drawn_share)):
+            often[group] *= share / max(often[group].sum(), 1e-9)
+        self._shares = often / often.sum()
+
+    def batch(self, rng: np.random.Generator, vary: Vary) -> tuple[Tensor, Tensor]:
+        """(BATCH, H, W, 3) uint8 and (BATCH, N): pictures that vary, and their targets."""
+        chosen = rng.choice(len(self._shares), BATCH, p=self._shares)
+        seen = [
+            vary(self._kind(**{name: part[at] for name, part in self._parts.items()}), rng)
+            for at in chosen
+        ]
+        pictures, targets = (torch.from_numpy(np.stack(each)) for each in zip(*seen, strict=True))
+        return pictures, targets
 
 
 def parser_of(description: str | None, data_from: str) -> argparse.ArgumentParser:
