@@ -6,7 +6,7 @@ Left and right are those of the picture.
 import numpy as np
 
 EYE_CORNERS = (33, 263)  # the outer corners: their distance is the inter-ocular distance (IOD)
-MOUTH_CORNERS = (61, 291)
+MOUTH_CORNERS = (61, 291)  # the picture's left and right
 
 # Closed contours, in order.
 LIPS_OUTER = np.array([61, 146, 91, 181, 84, 17, 314, 405, 321, 375,

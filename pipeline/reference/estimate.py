@@ -2,8 +2,9 @@
 
 A net that sees the whole face decides which kinds are worn (read_makeup.py). Colours are measured
 on the photo, beside those of bare faces (fit_lips.py, fit_shadows.py, fit_blush.py). The shine of
-lips and lids is read by a net of each, from a crop whose light is divided out as in training
-(crops.py).
+lids, and some of that of lips, is read by a net of each, from a crop whose light is divided out as
+in training (crops.py); two small nets read the form of eyeliner, and how lipstick shines and fades
+(read_liner.py, read_lipstick.py).
 """
 
 import os

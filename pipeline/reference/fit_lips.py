@@ -3,7 +3,7 @@
 The net that reads a lipstick's numbers was trained on painted faces. In real photos its colours are
 paler and greyer than those on the lips, and its gloss is chance; only its roughness of the gloss is
 kept, and a little of the reflection. How a lipstick shines and fades is read by a net of its own
-(read_lipstick.py); highlights may show more gloss, and the flattened lips whether there is a darker
+(read_lipstick.py); highlights may show more gloss, and the lips laid flat whether there is a darker
 rim.
 """
 
@@ -53,7 +53,9 @@ _HARDLY_DARKER = 4.0  # by how much darker than that, in L*, a border is still n
 _DARKER = 6.0  # by how much more it is a whole one
 _NARROW = 2.5  # how many times as much a rim differs as is seen, since it is narrow
 _DARKEST_RIM = 0.5  # of the lipstick's L*: darker ones would stand out as a black outline
-_SHINE = 0.015  # what gloss 1 adds to the roots of the lips' median
+# Taken off the lips' roots for gloss 1: half of what it adds to their median. With all of it lips
+# came out too dark in a blind choice.
+_SHINE = 0.015
 
 
 def lip_pixels(neutral: NeutralFace) -> np.ndarray | None:

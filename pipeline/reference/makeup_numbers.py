@@ -15,7 +15,7 @@ from makeup_video.pipeline.look.look import Layer, Look
 # The kinds that are read, in the order of the net's log-odds.
 WORN = tuple(kind.name for kind in KINDS.values() if kind.is_read)
 # The layers that the vector holds: kind, slot or none, and the dials that are read. Those of
-# eyeliner only help the net to learn: read_liner.py reads them.
+# eyeliner and lipstick only help the net to learn: read_liner.py and read_lipstick.py read them.
 LAYERS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("eyeshadow", "lid", ()),
     ("eyeshadow", "crease", ()),

@@ -1,9 +1,9 @@
 """Reads how a lipstick shines and fades towards its border, with a net that sees the mouth.
 
-It tells both in the words of people who looked at mouths: gloss 0 for matte, 1 for satin, 2 for
-glossy, 3 for wet; fade 0 where lipstick is even up to its border, 2 where it fades out there, 3
-where it lies along the opening alone. How much of each is painted so that people say the same of
-painted mouths: docs/decisions/reference.md.
+The net gives both on the scales by which people labelled mouths: gloss 0 for matte, 1 for satin, 2
+for glossy, 3 for wet; fade 0 where lipstick is even up to its border, 2 where it fades out there.
+What is painted for a number is what people gave the same number to when it was painted
+(docs/decisions/reference.md).
 """
 
 from dataclasses import dataclass
@@ -17,20 +17,20 @@ from makeup_video.pipeline.reference.level_crop import level_place
 from makeup_video.pipeline.reference.nets import LIPSTICK, reference_net
 
 MOUTH_WH = (112, 80)  # px of the net's input
-MOUTH_PX = 78.4  # width of the mouth there
+MOUTH_PX = 0.7 * MOUTH_WH[0]  # width of the mouth there
 # The middle of the outer contour of the lips, above and below.
 _MIDDLES = (0, 17)
-# What the net returns, and the dials of lipstick that are painted for it.
-_GLOSS_SEEN = (0.77, 1.11, 1.4, 1.68, 1.91, 2.34, 2.81)
+# What the net returns, which is more gloss and less fade than people say of the same photos, and
+# what is painted for it.
+_GLOSS_RETURNED = (0.77, 1.11, 1.4, 1.68, 1.91, 2.34, 2.81)
 _GLOSS = (0.0, 0.1, 0.3, 0.5, 0.75, 1.15, 1.5)
-_FADE_SEEN = (0.22, 0.38, 0.82, 1.32, 1.54)
+_FADE_RETURNED = (0.22, 0.38, 0.82, 1.32, 1.54)
 _GRADIENT = (0.0, 0.5, 0.7, 0.9, 0.95)
 
 
 @dataclass(frozen=True, slots=True)
 class LipstickForm:
-    """The numbers of lipstick that describe how it shines and fades: gloss of the product, and the
-    dial of the gradient."""
+    """How a lipstick shines and fades: the gloss of its product, and its dial `gradient`."""
 
     gloss: float
     gradient: float
@@ -43,8 +43,8 @@ def read_lipstick(rgb8: np.ndarray, face: Face) -> LipstickForm:
     """
     gloss, fade = lipstick_numbers(rgb8, face).tolist()
     return LipstickForm(
-        round(float(np.interp(gloss, _GLOSS_SEEN, _GLOSS)), 3),
-        round(float(np.interp(fade, _FADE_SEEN, _GRADIENT)), 3),
+        round(float(np.interp(gloss, _GLOSS_RETURNED, _GLOSS)), 3),
+        round(float(np.interp(fade, _FADE_RETURNED, _GRADIENT)), 3),
     )
 
 

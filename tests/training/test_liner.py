@@ -120,7 +120,7 @@ def packed(path, count=100, real=4):
 def test_a_resumed_run_draws_other_examples(tmp_path, monkeypatch):
     pytest.importorskip("torch")
     pytest.importorskip("onnx")
-    from makeup_video.training.worn import train_liner
+    from makeup_video.training.worn import form_net, train_liner
 
     drawn = []
 
@@ -133,7 +133,7 @@ def test_a_resumed_run_draws_other_examples(tmp_path, monkeypatch):
     for steps in (1, 2):
         files = {"data": tmp_path / "data.npz", "out": tmp_path / "net.onnx"}
         train_liner.train(Namespace(**files, steps=steps, threads=2))
-    assert len(drawn) == 2 * train_liner.BATCH
+    assert len(drawn) == 2 * form_net.BATCH
     first, second = (zip(*half, strict=True) for half in np.split(np.array(drawn), 2))
     assert all(one != other for one, other in zip(first, second, strict=True))
 

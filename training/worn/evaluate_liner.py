@@ -22,6 +22,8 @@ _LABELS = Path(__file__).with_name("liners_of_looks.csv")
 
 def evaluate(folders: list[Path]) -> str:
     labels = photos_of(_LABELS, folders)
+    if not labels:
+        raise SystemExit(f"--looks: none of the photos of {_LABELS.name} is in these folders")
     rows, found, shapes = [], [], []
     for path, photo, one in estimated(list(labels)):
         for layer in one.look.of("eyeliner"):
@@ -29,7 +31,7 @@ def evaluate(folders: list[Path]) -> str:
             found.append(liner_numbers(photo.rgb8, photo.face))
             shapes.append(layer.whole_shape)
     if not rows:
-        raise SystemExit(f"--looks: none of the photos of {_LABELS.name} is in these folders")
+        raise SystemExit("--looks: no eyeliner is read in the photos of these folders")
     scores, lengths, angles, _ = np.array(found).T
     read_as = {dial: np.array([shape[dial] for shape in shapes]) for dial in shapes[0]}
     wing, below = (np.array([int(row[name]) for row in rows]) for name in ("wing", "lower"))

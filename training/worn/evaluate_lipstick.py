@@ -22,6 +22,8 @@ _LABELS = Path(__file__).with_name("lipsticks_of_looks.csv")
 
 def evaluate(folders: list[Path]) -> str:
     labels = photos_of(_LABELS, folders)
+    if not labels:
+        raise SystemExit(f"--looks: none of the photos of {_LABELS.name} is in these folders")
     seen, returned, painted = [], [], []
     for path, photo, one in estimated(list(labels)):
         for layer in one.look.of("lipstick"):
@@ -29,12 +31,13 @@ def evaluate(folders: list[Path]) -> str:
             returned.append(lipstick_numbers(photo.rgb8, photo.face))
             painted.append((layer.product.gloss, layer.whole_shape["gradient"]))
     if not seen:
-        raise SystemExit(f"--looks: none of the photos of {_LABELS.name} is in these folders")
+        raise SystemExit("--looks: no lipstick is read in the photos of these folders")
     lines = [f"{len(seen)} photos on which lipstick is read"]
     by_number = zip(NUMBERS, *(np.array(each).T for each in (seen, returned, painted)), strict=True)
     for name, true, by_net, as_painted in by_number:
         lines.append(agreement(f"{name}, as the net returns it", by_net, true))
-        lines.append(agreement(f"{name}, as it is painted", as_painted, true))
+        painted_as_seen = np.corrcoef(as_painted, true)[0, 1]
+        lines.append(f"{name}, as it is painted: correlation {painted_as_seen:.2f}")
     return "\n".join(lines)
 
 

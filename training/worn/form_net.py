@@ -2,6 +2,7 @@
 
 import argparse
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,11 +20,10 @@ GRID = 2, 3  # of the means that remain of the last features
 HELD_OUT = 0.1
 
 Example = Any  # a named tuple of arrays
-Vary = Callable[[Example, np.random.Generator], tuple[np.ndarray, np.ndarray]]
 
 
 class FormNet(nn.Module):
-    """Pictures (N, 72 or 80, 112, 3) uint8 -> (N, count) numbers."""
+    """Crops (N, H, W, 3) uint8, about 112 x 80, -> (N, count) numbers."""
 
     def __init__(self, count: int) -> None:
         super().__init__()
@@ -48,51 +48,60 @@ def _block(before: int, channels: int, stride: int) -> nn.Sequential:
     )
 
 
-class Examples:
-    """Packed pictures, drawn ones and real ones: those that are learned from, and the last tenth of
-    the drawn ones, which are held out, since the pictures of one face are neighbours.
+class Examples(ABC):
+    """Packed crops, painted ones first. The last tenth of the painted ones is held out whole, since
+    the crops of one face are neighbours.
 
-    A file has the fields of `kind`, among them rgb8 and target, and is_real.
+    A file, as of packed.py, has the fields of `kind`, a named tuple with rgb8 and target.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        kind: Callable[..., Example],
-        drawn_share: float,
-        how_rare: Callable[[np.ndarray], np.ndarray],
-    ) -> None:
-        """drawn_share: of a batch.  how_rare: how often a real picture is shown, by the targets."""
+    kind: Callable[..., Example]
+    painted_share: float  # of a batch
+
+    def __init__(self, path: Path) -> None:
         with np.load(path) as data:
             is_real = data["is_real"]
             self._parts = {name: data[name] for name in data.files if name != "is_real"}
-        self._kind = kind
-        drawn = int((~is_real).sum())  # which come first
-        shown = int(drawn * (1 - HELD_OUT))
-        self.held_out = kind(**{name: part[shown:drawn] for name, part in self._parts.items()})
-        often = np.where(is_real, how_rare(self._parts["target"]), 1.0)
-        often[shown:drawn] = 0
-        for group, share in ((is_real, 1 - drawn_share), (~is_real, drawn_share)):
+        painted = int((~is_real).sum())
+        shown = int(painted * (1 - HELD_OUT))
+        if shown == painted:
+            raise SystemExit(f"{path} has no painted crops to hold out: pack it with --looks 1")
+        self.held_out = type(self).kind(**self._of(slice(shown, painted)))
+        often = np.ones(len(is_real))
+        often[shown:painted] = 0
+        often[is_real] = self.how_often(self._parts["target"][is_real])
+        for group, share in ((is_real, 1 - self.painted_share), (~is_real, self.painted_share)):
             often[group] *= share / max(often[group].sum(), 1e-9)
         self._shares = often / often.sum()
 
-    def batch(self, rng: np.random.Generator, vary: Vary) -> tuple[Tensor, Tensor]:
-        """(BATCH, H, W, 3) uint8 and (BATCH, N): pictures that vary, and their targets."""
+    def batch(self, rng: np.random.Generator) -> tuple[Tensor, Tensor]:
+        """(BATCH, H, W, 3) uint8 and (BATCH, N): crops that vary, and their targets."""
         chosen = rng.choice(len(self._shares), BATCH, p=self._shares)
-        seen = [
-            vary(self._kind(**{name: part[at] for name, part in self._parts.items()}), rng)
-            for at in chosen
-        ]
+        seen = [self.vary(type(self).kind(**self._of(at)), rng) for at in chosen]
         pictures, targets = (torch.from_numpy(np.stack(each)) for each in zip(*seen, strict=True))
         return pictures, targets
 
+    @abstractmethod
+    def how_often(self, targets: np.ndarray) -> np.ndarray:
+        """(N,) how often real crops are shown, by their targets."""
 
-def parser_of(description: str | None, data_from: str) -> argparse.ArgumentParser:
-    """The command's options; data_from: the module that packs its crops."""
+    @abstractmethod
+    def vary(self, example: Example, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """A crop as another photo shows it, and its target."""
+
+    def _of(self, at: Any) -> dict[str, np.ndarray]:
+        return {name: part[at] for name, part in self._parts.items()}
+
+
+def parser_of(description: str | None, data_from: str, *, steps: int) -> argparse.ArgumentParser:
+    """The command's options.
+
+    data_from: the module that packs its crops.  steps: of the whole run, by default.
+    """
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--data", type=made_by(data_from), required=True)
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--steps", type=int, default=1900)
+    parser.add_argument("--steps", type=int, default=steps)
     parser.add_argument("--threads", type=int, default=2)
     return parser
 
@@ -100,19 +109,19 @@ def parser_of(description: str | None, data_from: str) -> argparse.ArgumentParse
 def learn(
     options: argparse.Namespace,
     net: FormNet,
-    layout: tuple[str, int],
+    config: tuple[str, int],
     loss_of_batch: Callable[[np.random.Generator], Tensor],
     report: Callable[[nn.Module], str],
-    export: Callable[[nn.Module, Path], None],
+    write: Callable[[nn.Module, Path], None],
 ) -> None:
-    """Train a net, or train one further that was interrupted; now and then save and export it.
+    """Train a net, or train one further that was interrupted; now and then save and write it.
 
-    layout: tells checkpoints of other nets apart.  loss_of_batch: of examples that it draws.
-    report: how well examples are read that are held out.
+    config: the net's name, and how many numbers it returns.  loss_of_batch: of examples that it
+    draws.  report: how well examples are read that are held out.  write: exports the net.
     """
     optimiser = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
     state = Checkpoint(options.out.with_suffix(".pt"), net, optimiser, AVERAGE)
-    state.resume()  # a finished one is exported again
+    state.resume()
     # a resumed run must not draw the examples of its beginning again
     rng = np.random.default_rng(state.step)
     torch.manual_seed(state.step)
@@ -121,11 +130,12 @@ def learn(
         loss = loss_of_batch(rng)
         state.learn(loss, rate_at(step, options.steps, RATE, WARM_UP), CLIP)
         if state.step % 200 == 0 or state.step == options.steps:
-            state.save(layout)
+            state.save(config)
             seconds = time.monotonic() - began
             print(f"step {state.step}, {seconds:.0f} s, loss {float(loss.detach()):.3f}, ", end="")
             print(report(state.average.module), flush=True)
-            export(state.average.module, options.out)
+            write(state.average.module, options.out)
+    write(state.average.module, options.out)  # of a run that was finished, too
 
 
 @torch.no_grad()

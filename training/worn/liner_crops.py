@@ -21,6 +21,7 @@ from makeup_video.pipeline.reference.read_liner import ANGLE_UNIT, corner_inputs
 from makeup_video.pipeline.render.apply_look import PaintPictures
 from makeup_video.training.worn.corner import Corner, lids_of
 from makeup_video.training.worn.draw_looks import draw_look, read_shades
+from makeup_video.training.worn.packed import save_crops
 from makeup_video.training.worn.prepare import LABELS, named_faces, parser_of, rows
 from makeup_video.training.worn.table import rows_of
 
@@ -66,7 +67,6 @@ def corners_of(rgb8: np.ndarray, face: Face, targets: Sequence[Target | None]) -
 
 
 def pack(options: argparse.Namespace) -> None:
-    options.out.parent.mkdir(parents=True, exist_ok=True)
     rng, shades = np.random.default_rng(options.seed), read_shades(options.shades)
     paint, labels = PaintPictures(), labelled_liners()
     drawn: list[Corner] = []
@@ -83,9 +83,7 @@ def pack(options: argparse.Namespace) -> None:
                 look = draw_look(rng, shades, SHARES)
                 drawn += corners_of(paint(rgb8, look, [face]), face, [target_of(look)] * 2)
         print(f"{name}: {len(drawn)} drawn corners and {len(real)} real ones in all", flush=True)
-    packed = [np.stack(each) for each in zip(*drawn, *real, strict=True)]
-    is_real = np.arange(len(drawn) + len(real)) >= len(drawn)
-    np.savez(options.out, **dict(zip(Corner._fields, packed, strict=True)), is_real=is_real)
+    save_crops(options.out, drawn, real)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Mouths, as the net that reads lipstick learns from them."""
+"""Mouths, as the net that reads how lipstick shines and fades learns from them."""
 
 from typing import NamedTuple
 

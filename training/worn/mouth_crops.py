@@ -20,17 +20,18 @@ from makeup_video.pipeline.reference.read_lipstick import mouth_input
 from makeup_video.pipeline.render.apply_look import PaintPictures
 from makeup_video.training.worn.draw_looks import read_shades, rgb_from
 from makeup_video.training.worn.mouth import Mouth, contours_of
+from makeup_video.training.worn.packed import save_crops
 from makeup_video.training.worn.prepare import LABELS, named_faces, parser_of, rows
 from makeup_video.training.worn.table import rows_of
 
 _LABELS = Path(__file__).with_name("lipsticks.csv")
-_FADES, _SHINES, _COVERS = 0.5, 0.7, 0.75  # how often a drawn lipstick does
+_FADES, _SHINES, _COVERS = 0.5, 0.7, 0.75  # how often a lipstick fades, shines and covers
 _COVERING = 0.85  # least opacity of one that covers
 # What a person said of 240 lips painted with such numbers (means).
 _GLOSS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.15, 1.4)
-_GLOSS_SEEN = (0.46, 0.8, 1.05, 1.3, 1.45, 1.66, 1.88, 2.1)
+_GLOSS_SAID = (0.46, 0.8, 1.05, 1.3, 1.45, 1.66, 1.88, 2.1)
 _GRADIENT = (0.0, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0)
-_FADE_SEEN = (0.08, 0.08, 0.15, 0.5, 1.06, 1.68, 1.95)
+_FADE_SAID = (0.08, 0.08, 0.15, 0.5, 1.06, 1.68, 1.95)
 
 Target = tuple[float, float]  # as of NUMBERS
 
@@ -41,7 +42,7 @@ def labelled_lipsticks() -> dict[str, Target]:
 
 
 def draw_lipstick(rng: np.random.Generator, shades: Sequence[str]) -> Layer:
-    """A lipstick with any gloss and gradient, which often has none of them."""
+    """A lipstick with any gloss and gradient, often with neither."""
     gradient = float(rng.uniform(0.1, 1)) if rng.random() < _FADES else 0.0
     gloss = float(rng.uniform(0, 1.3)) if rng.random() < _SHINES else 0.0
     covers = (_COVERING, 1.0) if rng.random() < _COVERS else (0.35, _COVERING)
@@ -57,8 +58,8 @@ def draw_lipstick(rng: np.random.Generator, shades: Sequence[str]) -> Layer:
 
 def target_of(lipstick: Layer) -> Target:
     """What people would say of a drawn lipstick."""
-    gloss = float(np.interp(lipstick.product.gloss, _GLOSS, _GLOSS_SEEN))
-    return gloss, float(np.interp(lipstick.whole_shape["gradient"], _GRADIENT, _FADE_SEEN))
+    gloss = float(np.interp(lipstick.product.gloss, _GLOSS, _GLOSS_SAID))
+    return gloss, float(np.interp(lipstick.whole_shape["gradient"], _GRADIENT, _FADE_SAID))
 
 
 def mouth_of(rgb8: np.ndarray, face: Face, target: Target) -> Mouth:
@@ -66,7 +67,6 @@ def mouth_of(rgb8: np.ndarray, face: Face, target: Target) -> Mouth:
 
 
 def pack(options: argparse.Namespace) -> None:
-    options.out.parent.mkdir(parents=True, exist_ok=True)
     rng, shades = np.random.default_rng(options.seed), read_shades(options.shades)["lips"]
     paint, labels = PaintPictures(), labelled_lipsticks()
     drawn: list[Mouth] = []
@@ -84,9 +84,7 @@ def pack(options: argparse.Namespace) -> None:
                 made_up = paint(rgb8, Look([lipstick]), [face])
                 drawn.append(mouth_of(made_up, face, target_of(lipstick)))
         print(f"{name}: {len(drawn)} drawn mouths and {len(real)} real ones in all", flush=True)
-    packed = [np.stack(each) for each in zip(*drawn, *real, strict=True)]
-    is_real = np.arange(len(drawn) + len(real)) >= len(drawn)
-    np.savez(options.out, **dict(zip(Mouth._fields, packed, strict=True)), is_real=is_real)
+    save_crops(options.out, drawn, real)
 
 
 if __name__ == "__main__":

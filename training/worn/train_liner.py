@@ -14,13 +14,12 @@ import torch
 from makeup_video.pipeline.reference.read_liner import CORNER_WH
 from makeup_video.training.worn import form_net
 from makeup_video.training.worn.corner import NUMBERS, Corner
-from makeup_video.training.worn.form_net import BATCH, FormNet, learn, numbers_of, parser_of
+from makeup_video.training.worn.form_net import Examples, FormNet, learn, numbers_of, parser_of
 from makeup_video.training.worn.scores import area_under_curve
 from makeup_video.training.worn.vary_corners import varied
 from torch import Tensor, nn
 from torch.nn import functional
 
-HELD_OUT = 0.1
 # Of a batch: drawn corners, real ones without a wing that is known, and with one.
 SHARES = 0.72, 0.22, 0.06
 # Of the losses, in the order of NUMBERS.
@@ -56,29 +55,17 @@ def loss_of(found: Tensor, targets: Tensor) -> Tensor:
     return each @ torch.tensor(WEIGHTS)
 
 
-class Corners:
-    """The packed corners: those that are learned from, and the drawn ones that are held out."""
+class Corners(Examples):
+    kind, painted_share = Corner, SHARES[0]
 
-    def __init__(self, path: Path) -> None:
-        with np.load(path) as data:
-            self._parts = Corner(*(data[name] for name in Corner._fields))
-            is_real = data["is_real"]
-        drawn = int((~is_real).sum())  # which come first
-        shown = int(drawn * (1 - HELD_OUT))
-        self.held_out = Corner(*(part[shown:drawn] for part in self._parts))
-        group = np.where(is_real, 1 + (self._parts.target[:, 1] == 1), 0)
-        is_shown = np.ones(len(group))
-        is_shown[shown:drawn] = 0
-        counts = np.bincount(group, is_shown, minlength=len(SHARES))
-        shares = is_shown * np.array(SHARES)[group] / counts[group]
-        self._shares = shares / shares.sum()
+    def how_often(self, targets: np.ndarray) -> np.ndarray:
+        group = (targets[:, 1] == 1).astype(int)
+        counts = np.bincount(group, minlength=2)
+        shown: np.ndarray = (np.array(SHARES[1:]) / np.maximum(counts, 1))[group]
+        return shown
 
-    def batch(self, rng: np.random.Generator) -> tuple[Tensor, Tensor]:
-        """(BATCH, 72, 112, 3) uint8 and (BATCH, 5): corners that vary, and their targets."""
-        chosen = rng.choice(len(self._shares), BATCH, p=self._shares)
-        seen = [varied(Corner(*(part[at] for part in self._parts)), rng) for at in chosen]
-        pictures, targets = (torch.from_numpy(np.stack(each)) for each in zip(*seen, strict=True))
-        return pictures, targets
+    def vary(self, example: Corner, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        return varied(example, rng)
 
 
 def train(options: argparse.Namespace) -> None:
@@ -120,4 +107,4 @@ def export(net: nn.Module, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    train(parser_of(__doc__, "worn.liner_crops").parse_args())
+    train(parser_of(__doc__, "worn.liner_crops", steps=1900).parse_args())

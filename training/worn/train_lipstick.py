@@ -17,34 +17,32 @@ from makeup_video.training.worn.vary_mouths import varied
 from torch import Tensor, nn
 from torch.nn import functional
 
-DRAWN_SHARE = 0.35  # of a batch; the others are real
-# How much more often mouths are shown that are wet, or fade: few real ones are.
-_WET, _FADES = 1.75, 1.0
-_MORE_WET, _MORE_FADING = 2.0, 3.0
-_MATTE, _MORE_MATTE = 0.4, 1.0
+# How much more often mouths are shown that are glossy, or fade: few real ones are.
+_GLOSSY, _FADES = 1.75, 1.0
+_MORE_GLOSSY, _MORE_FADING = 2.0, 3.0
 _BETA = 0.3  # errors below this are squared
 
 
-def examples(path: Path) -> Examples:
-    return Examples(path, Mouth, DRAWN_SHARE, how_rare)
+class Mouths(Examples):
+    kind, painted_share = Mouth, 0.35
 
+    def how_often(self, targets: np.ndarray) -> np.ndarray:
+        gloss, fade = targets.T
+        shown: np.ndarray = 1 + _MORE_GLOSSY * (gloss >= _GLOSSY) + _MORE_FADING * (fade >= _FADES)
+        return shown
 
-def how_rare(targets: np.ndarray) -> np.ndarray:
-    """(N,) how often mouths are shown, by their targets."""
-    gloss, fade = targets.T
-    wet, matte = _MORE_WET * (gloss >= _WET), _MORE_MATTE * (gloss < _MATTE)
-    shown: np.ndarray = 1 + wet + matte + _MORE_FADING * (fade >= _FADES)
-    return shown
+    def vary(self, example: Mouth, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        return varied(example, rng)
 
 
 def train(options: argparse.Namespace) -> None:
     torch.manual_seed(0)
     torch.set_num_threads(options.threads)
-    mouths = examples(options.data)
+    mouths = Mouths(options.data)
     net = FormNet(len(NUMBERS))
 
     def loss_of_batch(rng: np.random.Generator) -> Tensor:
-        pictures, targets = mouths.batch(rng, varied)
+        pictures, targets = mouths.batch(rng)
         return len(NUMBERS) * functional.smooth_l1_loss(net(pictures), targets, beta=_BETA)
 
     held_out = mouths.held_out
@@ -54,9 +52,9 @@ def train(options: argparse.Namespace) -> None:
     )  # fmt: skip
 
 
-def report(net: nn.Module, pictures: np.ndarray, targets: np.ndarray) -> str:
+def report(net: nn.Module, crops: np.ndarray, targets: np.ndarray) -> str:
     """How well mouths that are held out are read: mean errors."""
-    off = np.abs(numbers_of(net, pictures) - targets).mean(0)
+    off = np.abs(numbers_of(net, crops) - targets).mean(0)
     return ", ".join(f"{name} {one:.3f}" for name, one in zip(NUMBERS, off, strict=True))
 
 
@@ -66,4 +64,4 @@ def export(net: nn.Module, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    train(parser_of(__doc__, "worn.mouth_crops").parse_args())
+    train(parser_of(__doc__, "worn.mouth_crops", steps=1300).parse_args())

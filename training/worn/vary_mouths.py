@@ -1,4 +1,4 @@
-"""Varies mouths, for the net that reads lipstick: draws highlights as wet lips have.
+"""Varies mouths, for the net that reads how lipstick shines: draws highlights as wet lips have.
 
 Our own gloss is smooth. On real lips the folds break highlights into bright strips and specks, with
 sharp edges, and the wetter lips are, the brighter and sharper they are.
@@ -42,7 +42,7 @@ def highlights(contours: np.ndarray, wet: float, rng: np.random.Generator) -> np
     left, right = contours[0, :, 0].min(), contours[0, :, 0].max()
     along = (x - left) / max(float(right - left), 1.0)
     edges = [_heights(contour, x) for contour in contours]
-    folds = _noise((1, len(x)), 0, rng.uniform(0.8, 2.3), rng)[0]
+    folds = _noise((1, len(x)), 0, rng.uniform(0.4, 1.15), rng)[0]
     lit_from = 0.5 + rng.normal(0, 0.13)  # where along the lips the light stands
     drawing = np.zeros((len(y), len(x)), np.float32)
     for is_upper, outer, inner in ((True, *edges[:2]), (False, *edges[2:])):
@@ -52,7 +52,7 @@ def highlights(contours: np.ndarray, wet: float, rng: np.random.Generator) -> np
         # the folds of the lips fan out
         column = np.arange(len(x)) + (inward - 0.5) * (along - 0.5) * len(x) / 4
         broken = near + rng.uniform(0, 0.9) * folds[np.clip(column, 0, len(x) - 1).astype(int)]
-        broken += rng.uniform(0.2, 0.9) * _noise(near.shape, 1.3, 0.8, rng)
+        broken += rng.uniform(0.2, 0.9) * _noise(near.shape, 0.65, 0.4, rng)
         sharpness = 2 / (0.12 + 0.9 * (1 - wet))
         light = 1 / (1 + np.exp(-np.clip(sharpness * (broken + 0.4), -30, 30)))
         light *= np.exp(np.minimum(near + 2.5, 0))  # none far away from where the light falls
@@ -95,15 +95,16 @@ def _near(
 def _lit(rgb8: np.ndarray, share: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """A picture with highlights that are nearly white, (H, W) their share of each pixel."""
     white = 255 * np.clip(rng.normal(0.95, 0.06, 3), 0.7, 1)
-    lit: np.ndarray = (rgb8 + share[..., None] * np.maximum(white - rgb8, 0)).astype(np.uint8)
-    return lit
+    lit = rgb8 + share[..., None] * np.maximum(white - rgb8, 0)
+    coded: np.ndarray = np.rint(lit).astype(np.uint8)
+    return coded
 
 
 def _noise(
     shape: tuple[int, ...], down: float, across: float, rng: np.random.Generator
 ) -> np.ndarray:
     """Noise of standard deviation 1, blurred by these sigmas, px of the picture."""
-    sigmas = {"sigmaX": across * _FINER / 2, "sigmaY": max(down * _FINER / 2, 1e-3)}
+    sigmas = {"sigmaX": across * _FINER, "sigmaY": max(down * _FINER, 1e-3)}
     noise = cv2.GaussianBlur(rng.normal(0, 1, shape).astype(np.float32), (0, 0), **sigmas)
     scaled: np.ndarray = noise / noise.std()
     return scaled

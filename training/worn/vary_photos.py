@@ -8,7 +8,10 @@ from makeup_video.training.faces.augment import jpeg
 
 
 def moved(rgb8: np.ndarray, about: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Turned, scaled and shifted about a place, (2,) px, as landmarks of photos err."""
+    """Turned, scaled and shifted about a place, (2,) px, as landmarks of photos err.
+
+    rgb8: (H, W, 3) uint8, R'G'B'.
+    """
     turn, scale = rng.normal(0, 0.07), math.exp(rng.normal(0, 0.05))
     linear = scale * np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
     shift = about - linear @ about + rng.normal(0, 1.6, 2)
@@ -24,7 +27,8 @@ def photographed(
 ) -> np.ndarray:
     """Blurred, compressed, in other light, and noisy.
 
-    coarsest: the share of its width to which a picture may be scaled down.  contrast: its range.
+    rgb8: (H, W, 3) uint8, R'G'B'.  coarsest: the share of its width to which a picture may be
+    scaled down.  contrast: its range.
     """
     if rng.random() < 0.5:
         factor = rng.uniform(coarsest, 0.9)

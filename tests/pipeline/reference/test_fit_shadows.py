@@ -135,9 +135,10 @@ def test_what_looks_warm_in_a_photo_is_painted_no_colder(lightness, red, yellow,
     """Dark brown on warm skin is as much less yellow than the skin as blue is on pale skin."""
     painted = painted_blue(fitted, np.broadcast_to([lightness, red, yellow], (27, 24, 3)))
     as_dark = np.array([red, yellow]) * min(fitted / lightness, 1)
-    skin = TypicalSkin.of(bare(), 1.0)  # no product is yellower than sRGB's colours are
-    there_is = skin.lab(skin.roots_of(np.array([fitted, *as_dark])))
-    np.testing.assert_allclose(painted, there_is, atol=0.1)
+    skin = TypicalSkin.of(bare(), 1.0)
+    # a colour that sRGB lacks is painted as the nearest that it has
+    in_gamut = skin.lab(skin.roots_of(np.array([fitted, *as_dark])))
+    np.testing.assert_allclose(painted, in_gamut, atol=0.1)
 
 
 @given(st.floats(-2, 6), st.floats(0, 0.01))

@@ -42,7 +42,7 @@ def wearing(*layers):
 
 
 def lips_of(neutral, lips, probability=1.0, form=None):
-    form = form or read_lipstick(neutral.rgb8, neutral.face)
+    form = read_lipstick(neutral.rgb8, neutral.face) if form is None else form
     return fit_lips(neutral, lip_pixels(neutral), lips, flat_lips(neutral), form, probability)
 
 
@@ -117,6 +117,17 @@ def test_only_a_light_lipstick_that_is_unsure_ends_softly(rgb, softer):
     even = LipstickForm(0.0, 0.0)
     sure, likely, unsure = (lips_of(seen, LIPS, p, even).shape["gradient"] for p in (1.0, 0.8, 0.4))
     assert sure < likely < unsure if softer else sure == likely == unsure
+
+
+@given(read=st.floats(0, 1.5), fade=st.floats(0, 0.95))
+@settings(max_examples=10, deadline=None)
+def test_the_larger_gloss_counts_and_the_gradient_that_is_read(read, fade):
+    glossy = replace(product((180, 40, 60), "gloss", "lips"), gloss=0.9)
+    seen = wearing(Layer("lipstick", glossy))
+    shown = lips_of(seen, LIPS, form=LipstickForm(0.0, 0.0)).product.gloss
+    lips = lips_of(seen, LIPS, form=LipstickForm(read, fade))
+    assert shown > 0.1 and lips.product.gloss == pytest.approx(max(read, shown), abs=1e-3)
+    assert lips.shape["gradient"] == pytest.approx(fade, abs=1e-3)
 
 
 @pytest.mark.parametrize("rgb", COLOURS)
