@@ -121,7 +121,7 @@ def test_only_a_light_lipstick_that_is_unsure_ends_softly(rgb, softer):
 
 @given(read=st.floats(0, 1.5), fade=st.floats(0, 0.95))
 @settings(max_examples=10, deadline=None)
-def test_the_larger_gloss_counts_and_the_gradient_that_is_read(read, fade):
+def test_the_larger_gloss_counts_and_the_gradient_as_read(read, fade):
     glossy = replace(product((180, 40, 60), "gloss", "lips"), gloss=0.9)
     seen = wearing(Layer("lipstick", glossy))
     shown = lips_of(seen, LIPS, form=LipstickForm(0.0, 0.0)).product.gloss
