@@ -14,12 +14,13 @@ def level_place(
 ) -> AffineArray:
     """The affine map from px of a crop to px of the photo.
 
-    ends: the points of the face that lie level in it, this far apart, the first one on the left.
-    below_px: how far the centre of the crop lies below their middle, px of the crop.
+    ends: the two points of the face that lie level in the crop, the left one first.
+    apart_px: how far apart they lie, in px of the crop.  below_px: how far the centre of the crop
+    lies below the middle between them, in px of the crop.
     """
     left, right = face.points_px[list(ends), :2].astype(np.float64)
     along = right - left
-    if not along.any():  # seen from the side: any turn will do
+    if not along.any():  # the two ends coincide: any rotation will do
         along = np.array([1.0, 0.0])
     linear = np.column_stack([along, (-along[1], along[0])]) / apart_px
     centre = (np.array(size_wh) - 1) / 2 - [0, below_px]

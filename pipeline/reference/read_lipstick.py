@@ -2,8 +2,8 @@
 
 The net gives both on the scales by which people labelled mouths: gloss 0 for matte, 1 for satin, 2
 for glossy, 3 for wet; fade 0 where lipstick is even up to its border, 2 where it fades out there.
-What is painted for a number is what people gave the same number to when it was painted
-(docs/decisions/reference.md).
+For a gloss or fade that people see in a photo, the lipstick is painted with the gloss or gradient
+to which, when it was painted, a person gave the same number (docs/decisions/reference.md).
 """
 
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ MOUTH_WH = (112, 80)  # px of the net's input
 MOUTH_PX = 0.7 * MOUTH_WH[0]  # width of the mouth there
 # The middle of the outer contour of the lips, above and below.
 _MIDDLES = (0, 17)
-# What the net returns, which is more gloss and less fade than people say of the same photos, and
-# what is painted for it.
+# What the net returns, and what is painted for it. The net returns more gloss than people see in
+# the same photos, and less fade where lipstick clearly fades.
 _GLOSS_RETURNED = (0.77, 1.11, 1.4, 1.68, 1.91, 2.34, 2.81)
 _GLOSS = (0.0, 0.1, 0.3, 0.5, 0.75, 1.15, 1.5)
 _FADE_RETURNED = (0.22, 0.38, 0.82, 1.32, 1.54)

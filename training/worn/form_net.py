@@ -114,10 +114,11 @@ def learn(
     report: Callable[[nn.Module], str],
     write: Callable[[nn.Module, Path], None],
 ) -> None:
-    """Train a net, or train one further that was interrupted; now and then save and write it.
+    """Train a net, or continue an interrupted run; save and export it every 200 steps.
 
-    config: the net's name, and how many numbers it returns.  loss_of_batch: of examples that it
-    draws.  report: how well examples are read that are held out.  write: exports the net.
+    config: the net's name, and how many numbers it returns.  loss_of_batch: the loss of a batch of
+    examples that it draws with this generator.  report: how well the held-out examples are read.
+    write: exports the net.
     """
     optimiser = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
     state = Checkpoint(options.out.with_suffix(".pt"), net, optimiser, AVERAGE)

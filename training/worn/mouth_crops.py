@@ -3,8 +3,9 @@
     python -m makeup_video.training.worn.mouth_crops --faces DIR --sets portraits \
         --shades DIR --out runs/mouths.npz
 
-DIR is as for prepare.py. Mouths without lipstick are painted: the truth is that of the drawn
-lipstick. Those of lipsticks.csv are packed as they are, with our labels, by eye.
+DIR is as for prepare.py. Mouths without lipstick are painted; their targets are what a person said
+of lips painted with such gloss and gradient. Mouths of lipsticks.csv are packed as they are, with
+the labels that we gave them by eye.
 """
 
 import argparse
@@ -42,7 +43,7 @@ def labelled_lipsticks() -> dict[str, Target]:
 
 
 def draw_lipstick(rng: np.random.Generator, shades: Sequence[str]) -> Layer:
-    """A lipstick with any gloss and gradient, often with neither."""
+    """A lipstick with any gloss and gradient; either is often 0."""
     gradient = float(rng.uniform(0.1, 1)) if rng.random() < _FADES else 0.0
     gloss = float(rng.uniform(0, 1.3)) if rng.random() < _SHINES else 0.0
     covers = (_COVERING, 1.0) if rng.random() < _COVERS else (0.35, _COVERING)

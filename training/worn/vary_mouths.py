@@ -71,9 +71,11 @@ def _near(
     is_upper: bool,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """How near each place of a lip is to where it mirrors the light: above 0 in the middle of it.
+    """How near each place of a lip is to where it mirrors the light: highest in the middle of each
+    highlight, 0.4 at most.
 
-    along, inward: of the mouth's width, and of the lip's height from its outer border.
+    along: the place along the mouth, as a share of its width.  inward: the distance from the lip's
+    outer border, as a share of its height.
     """
     near = np.full(inward.shape, -9.0, np.float32)
     for _ in range(rng.integers(1, 4)):
