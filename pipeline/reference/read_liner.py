@@ -10,6 +10,7 @@ import numpy as np
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE_CORNERS
 from makeup_video.pipeline.frames.views import RgbPicture
+from makeup_video.pipeline.reference.level_crop import level_place
 from makeup_video.pipeline.reference.nets import LINER, reference_net
 from makeup_video.pipeline.reference.product_film import ramp
 
@@ -98,9 +99,8 @@ def corner_places(face: Face) -> tuple[np.ndarray, np.ndarray]:
     outer = face.points_px[list(EYE_CORNERS), :2].astype(np.float64)
     along = outer - face.points_px[list(_INNER), :2]
     widths_px = np.maximum(np.hypot(*along.T), 1.0)
-    places = []
-    for corner, right, side in zip(outer, along / EYE_PX, (-1, 1), strict=True):
-        down = side * np.array([-right[1], right[0]])  # of an eye that is mirrored, or not
-        linear = np.column_stack([right, down])
-        places.append(np.column_stack([linear, corner - linear @ CORNER_XY]))
+    places = [
+        level_place(line, EYE_PX, corner, CORNER_XY, is_mirrored=is_mirrored)
+        for line, corner, is_mirrored in zip(along, outer, (True, False), strict=True)
+    ]
     return np.stack(places), widths_px

@@ -63,7 +63,10 @@ def mouth_input(rgb8: np.ndarray, face: Face) -> np.ndarray:
 
 def mouth_place(face: Face) -> AffineArray:
     """Where the picture of mouth_input lies: the affine map from its px to the photo's."""
-    level = level_place(face, MOUTH_CORNERS, MOUTH_PX, MOUTH_WH)
-    middle = face.points_px[list(_MIDDLES), :2].mean(0, dtype=np.float64)
-    _, row = np.linalg.solve(level[:, :2], middle - level[:, 2])
-    return level_place(face, MOUTH_CORNERS, MOUTH_PX, MOUTH_WH, row - (MOUTH_WH[1] - 1) / 2)
+    points = face.points_px[:, :2].astype(np.float64)
+    left, right = points[list(MOUTH_CORNERS)]
+    middle, along = (left + right) / 2, right - left
+    across = np.array([-along[1], along[0]])
+    below = (points[list(_MIDDLES)].mean(0) - middle) @ across / max(across @ across, 1e-9)
+    centre = (MOUTH_WH[0] - 1) / 2, (MOUTH_WH[1] - 1) / 2
+    return level_place(along, MOUTH_PX, middle + below * across, centre)

@@ -13,25 +13,18 @@ from pathlib import Path
 import numpy as np
 from makeup_video.pipeline.reference.read_liner import ANGLE_UNIT, liner_numbers
 from makeup_video.training.inputs import existing
-from makeup_video.training.worn.real_photos import estimated
+from makeup_video.training.worn.real_photos import labelled_layers
 from makeup_video.training.worn.scores import agreement, area_under_curve
-from makeup_video.training.worn.table import photos_of
 
 _LABELS = Path(__file__).with_name("liners_of_looks.csv")
 
 
 def evaluate(folders: list[Path]) -> str:
-    labels = photos_of(_LABELS, folders)
-    if not labels:
-        raise SystemExit(f"--looks: none of the photos of {_LABELS.name} is in these folders")
     rows, found, shapes = [], [], []
-    for path, photo, one in estimated(list(labels)):
-        for layer in one.look.of("eyeliner"):
-            rows.append(labels[path])
-            found.append(liner_numbers(photo.rgb8, photo.face))
-            shapes.append(layer.whole_shape)
-    if not rows:
-        raise SystemExit("--looks: no eyeliner is read in the photos of these folders")
+    for row, photo, layer in labelled_layers(_LABELS, folders, "eyeliner"):
+        rows.append(row)
+        found.append(liner_numbers(photo.rgb8, photo.face))
+        shapes.append(layer.whole_shape)
     scores, lengths, angles, _ = np.array(found).T
     read_as = {dial: np.array([shape[dial] for shape in shapes]) for dial in shapes[0]}
     wing, below = (np.array([int(row[name]) for row in rows]) for name in ("wing", "lower"))

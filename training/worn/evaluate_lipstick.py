@@ -13,25 +13,18 @@ import numpy as np
 from makeup_video.pipeline.reference.read_lipstick import lipstick_numbers
 from makeup_video.training.inputs import existing
 from makeup_video.training.worn.mouth import NUMBERS
-from makeup_video.training.worn.real_photos import estimated
+from makeup_video.training.worn.real_photos import labelled_layers
 from makeup_video.training.worn.scores import agreement
-from makeup_video.training.worn.table import photos_of
 
 _LABELS = Path(__file__).with_name("lipsticks_of_looks.csv")
 
 
 def evaluate(folders: list[Path]) -> str:
-    labels = photos_of(_LABELS, folders)
-    if not labels:
-        raise SystemExit(f"--looks: none of the photos of {_LABELS.name} is in these folders")
     seen, returned, painted = [], [], []
-    for path, photo, one in estimated(list(labels)):
-        for layer in one.look.of("lipstick"):
-            seen.append([float(labels[path][name]) for name in NUMBERS])
-            returned.append(lipstick_numbers(photo.rgb8, photo.face))
-            painted.append((layer.product.gloss, layer.whole_shape["gradient"]))
-    if not seen:
-        raise SystemExit("--looks: no lipstick is read in the photos of these folders")
+    for row, photo, layer in labelled_layers(_LABELS, folders, "lipstick"):
+        seen.append([float(row[name]) for name in NUMBERS])
+        returned.append(lipstick_numbers(photo.rgb8, photo.face))
+        painted.append((layer.product.gloss, layer.whole_shape["gradient"]))
     lines = [f"{len(seen)} photos on which lipstick is read"]
     by_number = zip(NUMBERS, *(np.array(each).T for each in (seen, returned, painted)), strict=True)
     for name, true, by_net, as_painted in by_number:

@@ -5,7 +5,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import torch
@@ -20,6 +20,7 @@ GRID = 2, 3  # of the means that remain of the last features
 HELD_OUT = 0.1
 
 Example = Any  # a named tuple of arrays
+Net = TypeVar("Net", bound="FormNet")
 
 
 class FormNet(nn.Module):
@@ -108,35 +109,40 @@ def parser_of(description: str | None, data_from: str, *, steps: int) -> argpars
 
 def learn(
     options: argparse.Namespace,
-    net: FormNet,
+    make: Callable[[], Net],
     config: tuple[str, int],
-    loss_of_batch: Callable[[np.random.Generator], Tensor],
-    report: Callable[[nn.Module], str],
+    examples: Examples,
+    loss_of: Callable[[Net, Tensor, Tensor], Tensor],
+    report: Callable[[nn.Module, np.ndarray, np.ndarray], str],
     write: Callable[[nn.Module, Path], None],
 ) -> None:
     """Train a net, or continue an interrupted run; save and export it every 200 steps.
 
-    config: the net's name, and how many numbers it returns.  loss_of_batch: the loss of a batch of
-    examples that it draws with this generator.  report: how well the held-out examples are read.
-    write: exports the net.
+    make: a new net.  config: the net's name, and how many numbers it returns.  loss_of: of a net
+    with crops and their targets.  report: how well crops with these targets are read.  write:
+    exports the net.
     """
+    torch.manual_seed(0)
+    torch.set_num_threads(options.threads)
+    net, held_out = make(), examples.held_out
     optimiser = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
     state = Checkpoint(options.out.with_suffix(".pt"), net, optimiser, AVERAGE)
     state.resume()
+    if state.step:  # a finished run is exported again
+        write(state.average.module, options.out)
     # a resumed run must not draw the examples of its beginning again
     rng = np.random.default_rng(state.step)
     torch.manual_seed(state.step)
     began = time.monotonic()
     for step in range(state.step, options.steps):
-        loss = loss_of_batch(rng)
+        loss = loss_of(net, *examples.batch(rng))
         state.learn(loss, rate_at(step, options.steps, RATE, WARM_UP), CLIP)
         if state.step % 200 == 0 or state.step == options.steps:
             state.save(config)
             seconds = time.monotonic() - began
             print(f"step {state.step}, {seconds:.0f} s, loss {float(loss.detach()):.3f}, ", end="")
-            print(report(state.average.module), flush=True)
+            print(report(state.average.module, held_out.rgb8, held_out.target), flush=True)
             write(state.average.module, options.out)
-    write(state.average.module, options.out)  # of a run that was finished, too
 
 
 @torch.no_grad()

@@ -21,8 +21,8 @@ from makeup_video.pipeline.reference.read_liner import ANGLE_UNIT, corner_inputs
 from makeup_video.pipeline.render.apply_look import PaintPictures
 from makeup_video.training.worn.corner import Corner, lids_of
 from makeup_video.training.worn.draw_looks import draw_look, read_shades
-from makeup_video.training.worn.packed import save_crops
-from makeup_video.training.worn.prepare import LABELS, named_faces, parser_of, rows
+from makeup_video.training.worn.packed import pack_sets
+from makeup_video.training.worn.prepare import LABELS, parser_of
 from makeup_video.training.worn.table import rows_of
 
 SHARES = {"eyeshadow": 0.55, "eyeliner": 0.78}
@@ -68,22 +68,19 @@ def corners_of(rgb8: np.ndarray, face: Face, targets: Sequence[Target | None]) -
 
 def pack(options: argparse.Namespace) -> None:
     rng, shades = np.random.default_rng(options.seed), read_shades(options.shades)
-    paint, labels = PaintPictures(), labelled_liners()
-    drawn: list[Corner] = []
-    real: list[Corner] = []
+    paint, targets = PaintPictures(), labelled_liners()
     liner, shadow = list(LABELS).index("liner"), list(LABELS).index("shadow")
-    for name in options.sets:
-        pictures = dict(rows(options.faces / name))
-        for path, rgb8, face in named_faces(pictures):
-            if path.name in labels:
-                real += corners_of(rgb8, face, labels[path.name])
-            if pictures[path][liner] != 0 or pictures[path][shadow] == 1:
-                continue
-            for _ in range(options.looks):
-                look = draw_look(rng, shades, SHARES)
-                drawn += corners_of(paint(rgb8, look, [face]), face, [target_of(look)] * 2)
-        print(f"{name}: {len(drawn)} drawn corners and {len(real)} real ones in all", flush=True)
-    save_crops(options.out, drawn, real)
+
+    def real_of(name: str, rgb8: np.ndarray, face: Face) -> Iterator[Corner]:
+        if name in targets:
+            yield from corners_of(rgb8, face, targets[name])
+
+    def painted_of(rgb8: np.ndarray, face: Face, worn: list[int]) -> Iterator[Corner]:
+        for _ in range(0 if worn[liner] or worn[shadow] == 1 else options.looks):
+            look = draw_look(rng, shades, SHARES)
+            yield from corners_of(paint(rgb8, look, [face]), face, [target_of(look)] * 2)
+
+    pack_sets(options, real_of, painted_of)
 
 
 if __name__ == "__main__":

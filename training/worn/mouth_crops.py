@@ -9,7 +9,7 @@ the labels that we gave them by eye.
 """
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,8 +21,8 @@ from makeup_video.pipeline.reference.read_lipstick import mouth_input
 from makeup_video.pipeline.render.apply_look import PaintPictures
 from makeup_video.training.worn.draw_looks import read_shades, rgb_from
 from makeup_video.training.worn.mouth import Mouth, contours_of
-from makeup_video.training.worn.packed import save_crops
-from makeup_video.training.worn.prepare import LABELS, named_faces, parser_of, rows
+from makeup_video.training.worn.packed import pack_sets
+from makeup_video.training.worn.prepare import LABELS, parser_of
 from makeup_video.training.worn.table import rows_of
 
 _LABELS = Path(__file__).with_name("lipsticks.csv")
@@ -69,23 +69,19 @@ def mouth_of(rgb8: np.ndarray, face: Face, target: Target) -> Mouth:
 
 def pack(options: argparse.Namespace) -> None:
     rng, shades = np.random.default_rng(options.seed), read_shades(options.shades)["lips"]
-    paint, labels = PaintPictures(), labelled_lipsticks()
-    drawn: list[Mouth] = []
-    real: list[Mouth] = []
+    paint, targets = PaintPictures(), labelled_lipsticks()
     lips = list(LABELS).index("lips")
-    for name in options.sets:
-        pictures = dict(rows(options.faces / name))
-        for path, rgb8, face in named_faces(pictures):
-            if path.name in labels:
-                real.append(mouth_of(rgb8, face, labels[path.name]))
-            if pictures[path][lips] != 0:
-                continue
-            for _ in range(options.looks):
-                lipstick = draw_lipstick(rng, shades)
-                made_up = paint(rgb8, Look([lipstick]), [face])
-                drawn.append(mouth_of(made_up, face, target_of(lipstick)))
-        print(f"{name}: {len(drawn)} drawn mouths and {len(real)} real ones in all", flush=True)
-    save_crops(options.out, drawn, real)
+
+    def real_of(name: str, rgb8: np.ndarray, face: Face) -> Iterator[Mouth]:
+        if name in targets:
+            yield mouth_of(rgb8, face, targets[name])
+
+    def painted_of(rgb8: np.ndarray, face: Face, worn: list[int]) -> Iterator[Mouth]:
+        for _ in range(0 if worn[lips] else options.looks):
+            lipstick = draw_lipstick(rng, shades)
+            yield mouth_of(paint(rgb8, Look([lipstick]), [face]), face, target_of(lipstick))
+
+    pack_sets(options, real_of, painted_of)
 
 
 if __name__ == "__main__":

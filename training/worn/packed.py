@@ -1,13 +1,39 @@
-"""Files of packed crops, as the nets that read a form of makeup learn from them."""
+"""Packs crops of labelled faces and of painted ones, for the nets that read a form of makeup."""
 
-from collections.abc import Sequence
+import argparse
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from makeup_video.pipeline.faces.face import Face
+from makeup_video.training.worn.prepare import named_faces, rows
+
+Crop = Any  # a named tuple of arrays
 
 
-def save_crops(path: Path, painted: Sequence[Any], real: Sequence[Any]) -> None:
+def pack_sets(
+    options: argparse.Namespace,
+    real_of: Callable[[str, np.ndarray, Face], Iterable[Crop]],
+    painted_of: Callable[[np.ndarray, Face, list[int]], Iterable[Crop]],
+) -> None:
+    """Pack the crops of all pictures of some sets; options: as of prepare.parser_of.
+
+    real_of: crops of a picture by its name, if it has labels.  painted_of: crops of a picture with
+    makeup painted on, if it may be, by its labels as of prepare.rows.
+    """
+    painted: list[Crop] = []
+    real: list[Crop] = []
+    for name in options.sets:
+        pictures = dict(rows(options.faces / name))
+        for path, rgb8, face in named_faces(pictures):
+            real += real_of(path.name, rgb8, face)
+            painted += painted_of(rgb8, face, pictures[path])
+        print(f"{name}: {len(painted)} painted crops and {len(real)} real ones in all", flush=True)
+    save_crops(options.out, painted, real)
+
+
+def save_crops(path: Path, painted: Sequence[Crop], real: Sequence[Crop]) -> None:
     """Write named tuples of one kind, a field each, and is_real; the painted ones come first."""
     fields = (painted or real)[0]._fields
     packed = [np.stack(each) for each in zip(*painted, *real, strict=True)]

@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 from makeup_video.pipeline.errors import PhotoError
 from makeup_video.pipeline.faces.find import find_faces
-from makeup_video.pipeline.look.look import Look
+from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.reference.checks import faces_within
 from makeup_video.pipeline.reference.estimate import Estimate, estimate
 from makeup_video.pipeline.reference.read_makeup import WORN_FROM
@@ -26,7 +26,7 @@ from makeup_video.pipeline.render.apply_look import PaintPictures
 from makeup_video.training.inputs import existing
 from makeup_video.training.worn.prepare import LABELS, UNUSABLE
 from makeup_video.training.worn.scores import area_under_curve
-from makeup_video.training.worn.table import has_table, labelled_rows
+from makeup_video.training.worn.table import has_table, labelled_rows, photos_of
 from makeup_video.training.worn.zones import EYES, ZONES, Seen, Transfer, see
 
 BEGIN, END = "<!-- real photographs -->", "<!-- end of real photographs -->"
@@ -80,6 +80,22 @@ def estimated(paths: list[Path]) -> Iterator[tuple[Path, Seen, Estimate]]:
                 yield path, see(rgb8, faces[0]), estimate(rgb8, faces[0])
         except PhotoError as error:
             print(f"{path.name}: {error}")
+
+
+def labelled_layers(
+    table: Path, folders: list[Path], kind: str
+) -> list[tuple[dict[str, str], Seen, Layer]]:
+    """The layers of a kind that are read in the photos of these folders that a table names, each
+    with the photo and its row. Raises SystemExit where there is none."""
+    labels = photos_of(table, folders)
+    found = [
+        (labels[path], photo, layer)
+        for path, photo, one in estimated(list(labels))
+        for layer in one.look.of(kind)
+    ]
+    if not found:
+        raise SystemExit(f"--looks: no {kind} is read in photos of {table.name} in these folders")
+    return found
 
 
 def labels_of(folder: Path) -> dict[str, dict[str, str]]:

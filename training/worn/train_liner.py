@@ -69,20 +69,12 @@ class Corners(Examples):
 
 
 def train(options: argparse.Namespace) -> None:
-    torch.manual_seed(0)
-    torch.set_num_threads(options.threads)
-    corners = Corners(options.data)
-    net = LinerNet()
+    config = "liner", len(NUMBERS)
+    learn(options, LinerNet, config, Corners(options.data), loss_of_net, report, export)
 
-    def loss_of_batch(rng: np.random.Generator) -> Tensor:
-        seen, targets = corners.batch(rng)
-        return loss_of(net.all_numbers(seen), targets)
 
-    held_out = corners.held_out
-    learn(
-        options, net, ("liner", len(NUMBERS)), loss_of_batch,
-        lambda average: report(average, held_out.rgb8, held_out.target), export,
-    )  # fmt: skip
+def loss_of_net(net: LinerNet, crops: Tensor, targets: Tensor) -> Tensor:
+    return loss_of(net.all_numbers(crops), targets)
 
 
 def report(net: nn.Module, inputs: np.ndarray, targets: np.ndarray) -> str:

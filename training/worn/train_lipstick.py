@@ -8,7 +8,6 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-import torch
 from makeup_video.pipeline.reference.read_lipstick import MOUTH_WH
 from makeup_video.training.worn import form_net
 from makeup_video.training.worn.form_net import Examples, FormNet, learn, numbers_of, parser_of
@@ -36,20 +35,16 @@ class Mouths(Examples):
 
 
 def train(options: argparse.Namespace) -> None:
-    torch.manual_seed(0)
-    torch.set_num_threads(options.threads)
-    mouths = Mouths(options.data)
-    net = FormNet(len(NUMBERS))
+    config = "lipstick", len(NUMBERS)
+    learn(options, make_net, config, Mouths(options.data), loss_of, report, export)
 
-    def loss_of_batch(rng: np.random.Generator) -> Tensor:
-        pictures, targets = mouths.batch(rng)
-        return len(NUMBERS) * functional.smooth_l1_loss(net(pictures), targets, beta=_BETA)
 
-    held_out = mouths.held_out
-    learn(
-        options, net, ("lipstick", len(NUMBERS)), loss_of_batch,
-        lambda average: report(average, held_out.rgb8, held_out.target), export,
-    )  # fmt: skip
+def make_net() -> FormNet:
+    return FormNet(len(NUMBERS))
+
+
+def loss_of(net: FormNet, crops: Tensor, targets: Tensor) -> Tensor:
+    return len(NUMBERS) * functional.smooth_l1_loss(net(crops), targets, beta=_BETA)
 
 
 def report(net: nn.Module, crops: np.ndarray, targets: np.ndarray) -> str:

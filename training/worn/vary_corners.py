@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from makeup_video.pipeline.reference.read_liner import ANGLE_UNIT, CORNER_WH, CORNER_XY, EYE_PX
 from makeup_video.training.worn.corner import Corner
-from makeup_video.training.worn.vary_photos import moved, photographed
+from makeup_video.training.worn.vary_photos import heights, moved, photographed
 
 # How often a corner without a wing gets one, and what else is drawn, and how often.
 _WING_SHARE = 0.35
@@ -49,8 +49,8 @@ def _with_wing(
     tip = corner + length * EYE_PX * _direction(angle)
     lid = lids[0] + rng.normal(0, 0.6, 2)
     x = np.linspace(rng.uniform(20, 64), corner[0] - rng.uniform(0, 5), 7)
-    above = np.column_stack([x, _at(lid, x) - rng.uniform(0.5, 6) * np.linspace(0.3, 1, 7)])
-    below = np.column_stack([x, _at(lid, x) + rng.uniform(0, 1)])[::-1]
+    above = np.column_stack([x, heights(lid, x) - rng.uniform(0.5, 6) * np.linspace(0.3, 1, 7)])
+    below = np.column_stack([x, heights(lid, x) + rng.uniform(0, 1)])[::-1]
     bend = rng.uniform(-0.1, 0.18) * length * EYE_PX
     across = np.array([math.sin(angle), math.cos(angle)])
     upper = _curve(above[-1], tip, bend * across)
@@ -77,13 +77,13 @@ def _with_lashes(rgb8: np.ndarray, lids: np.ndarray, rng: np.random.Generator) -
     for x in roots:
         inwards = float(np.clip((CORNER_XY[0] - x) / EYE_PX, 0, 1))
         steep = flattest + (100 - flattest) * min(1, 2 * inwards) + rng.normal(0, 9)
-        root = np.array([x, float(_at(lids[0], x)) + rng.uniform(-2, 1)])
+        root = np.array([x, float(heights(lids[0], x)) + rng.uniform(-2, 1)])
         length = longest * rng.uniform(0.6, 1.1) * (1 - 0.5 * inwards)
         _lash(drawing, root, math.radians(steep), length, rng)
     if rng.random() < 0.4:
         for x in rng.uniform(25, 72, rng.integers(4, 22)):
             angle = math.radians(-80 + 1.6 * (x - 45) + rng.normal(0, 12))
-            root = np.array([x, float(_at(lids[1], x))])
+            root = np.array([x, float(heights(lids[1], x))])
             _lash(drawing, root, angle, rng.uniform(3, 9), rng)
     return _painted(rgb8, _softened(drawing, 1.1, rng) * rng.uniform(0.4, 1), _dark(rng))
 
@@ -133,12 +133,6 @@ def _with_fold(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     depth = rng.uniform(0.1, 0.4) / max(float(fold.max()), 1e-3)
     darker: np.ndarray = (rgb8 * (1 - depth * fold[..., None])).astype(np.uint8)
     return darker
-
-
-def _at(lid: np.ndarray, x: np.ndarray | float) -> np.ndarray:
-    """y of a lid's edge (N, 2), px."""
-    edge = lid[np.argsort(lid[:, 0])]
-    return np.asarray(np.interp(x, edge[:, 0], edge[:, 1]))
 
 
 def _direction(angle: float) -> np.ndarray:

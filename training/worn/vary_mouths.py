@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from makeup_video.pipeline.reference.read_lipstick import MOUTH_WH
 from makeup_video.training.worn.mouth import Mouth
-from makeup_video.training.worn.vary_photos import moved, photographed
+from makeup_video.training.worn.vary_photos import heights, moved, photographed
 
 _SHINY_SHARE = 0.45  # how often lips that are hardly glossy get highlights
 _HARDLY_GLOSSY = 1.3
@@ -41,7 +41,7 @@ def highlights(contours: np.ndarray, wet: float, rng: np.random.Generator) -> np
     x, y = _axis(MOUTH_WH[0]), _axis(MOUTH_WH[1])[:, None]
     left, right = contours[0, :, 0].min(), contours[0, :, 0].max()
     along = (x - left) / max(float(right - left), 1.0)
-    edges = [_heights(contour, x) for contour in contours]
+    edges = [heights(contour, x) for contour in contours]
     folds = _noise((1, len(x)), 0, rng.uniform(0.4, 1.15), rng)[0]
     lit_from = 0.5 + rng.normal(0, 0.13)  # where along the lips the light stands
     drawing = np.zeros((len(y), len(x)), np.float32)
@@ -115,9 +115,3 @@ def _noise(
 def _axis(length_px: int) -> np.ndarray:
     """Where the pixels of a drawing lie, in px of the picture."""
     return (np.arange(length_px * _FINER) + 0.5) / _FINER - 0.5
-
-
-def _heights(contour: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """y of a contour, (11, 2), at these places."""
-    line = contour[np.argsort(contour[:, 0])]
-    return np.asarray(np.interp(x, line[:, 0], line[:, 1]))

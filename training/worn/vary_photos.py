@@ -42,3 +42,9 @@ def photographed(
     x += rng.normal(0, rng.uniform(0, 0.03), x.shape)
     coded: np.ndarray = np.rint(255 * x.clip(0, 1)).astype(np.uint8)
     return coded
+
+
+def heights(line: np.ndarray, x: np.ndarray | float) -> np.ndarray:
+    """y at these places of a line through points, (N, 2) px."""
+    points = line[np.argsort(line[:, 0])]
+    return np.asarray(np.interp(x, points[:, 0], points[:, 1]))

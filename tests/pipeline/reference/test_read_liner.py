@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -22,7 +21,7 @@ from makeup_video.pipeline.reference.read_liner import (
     read_liner,
 )
 from people import portrait
-from reference_photos import face
+from reference_photos import dots_at, face
 
 
 def lined(**shape):
@@ -57,13 +56,7 @@ def test_a_mirrored_photo_has_the_same_wing():
 
 @pytest.mark.parametrize("scale", [0.4, 1.0, 3.0])
 def test_inputs_have_the_outer_corner_in_its_place(scale):
-    points = face().points_px * np.float32([scale, scale, scale])
-    size = tuple(int(scale * side) for side in portrait().shape[:2])
-    dots = np.zeros((*size, 3), np.uint8)
-    for at in EYE_CORNERS:
-        x, y = np.rint(points[at, :2]).astype(int).tolist()
-        cv2.circle(dots, (x, y), max(2, round(2 * scale)), (255, 255, 255), -1)
-    inputs, widths_px = corner_inputs(dots, replace(face(), points_px=points))
+    inputs, widths_px = corner_inputs(*dots_at(EYE_CORNERS, scale))
     assert inputs.shape == (2, *CORNER_WH[::-1], 3) and (widths_px > 0).all()
     for one in inputs:
         y, x = np.argwhere(one[..., 0] > 0.5 * one.max()).mean(0)

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -20,7 +19,7 @@ from makeup_video.pipeline.reference.read_lipstick import (
     read_lipstick,
 )
 from people import portrait
-from reference_photos import face
+from reference_photos import dots_at, face
 
 
 def wearing(gloss=0.0, **shape):
@@ -56,13 +55,7 @@ def test_a_mirrored_photo_has_about_the_same_form():
 
 @pytest.mark.parametrize("scale", [0.4, 1.0, 3.0])
 def test_the_input_has_the_corners_of_the_mouth_level(scale):
-    points = face().points_px * np.float32([scale, scale, scale])
-    size = tuple(int(scale * side) for side in portrait().shape[:2])
-    dots = np.zeros((*size, 3), np.uint8)
-    for at in MOUTH_CORNERS:
-        x, y = np.rint(points[at, :2]).astype(int).tolist()
-        cv2.circle(dots, (x, y), max(2, round(2 * scale)), (255, 255, 255), -1)
-    seen = mouth_input(dots, replace(face(), points_px=points))
+    seen = mouth_input(*dots_at(MOUTH_CORNERS, scale))
     assert seen.shape == (*MOUTH_WH[::-1], 3) and seen.dtype == np.uint8
     half = MOUTH_WH[0] // 2
     corners = []
