@@ -6,6 +6,7 @@ import numpy as np
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE_CONTOUR, RIGHT_EYE
 from makeup_video.pipeline.reference.read_liner import corner_places
+from makeup_video.training.worn.packed import in_crop
 
 
 def _lids(contour: np.ndarray) -> np.ndarray:
@@ -40,8 +41,7 @@ class Corner(NamedTuple):
 def lids_of(face: Face) -> np.ndarray:
     """(2, 2, 9, 2) float32: by eye, the edges of its lids in px of its corner's picture."""
     places, _ = corner_places(face)
-    found = []
-    for to_px, points in zip(places, _LIDS, strict=True):
-        to_corner = np.linalg.inv(to_px[:, :2])
-        found.append((face.points_px[points, :2] - to_px[:, 2]) @ to_corner.T)
-    return np.float32(found)
+    return np.stack([
+        in_crop(face.points_px[points, :2], to_px)
+        for to_px, points in zip(places, _LIDS, strict=True)
+    ])  # fmt: skip

@@ -6,6 +6,7 @@ import numpy as np
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.reference.read_lipstick import mouth_place
 from makeup_video.pipeline.render.surfaces.lips import LIP_RINGS
+from makeup_video.training.worn.packed import in_crop
 
 # The outer and the inner contour of the upper lip, and those of the lower one, (4, 11) points.
 _CONTOURS = LIP_RINGS[[0, 3, 4, 7]]
@@ -26,6 +27,4 @@ class Mouth(NamedTuple):
 
 def contours_of(face: Face) -> np.ndarray:
     """(4, 11, 2) float32: the contours of the lips in px of the mouth's picture."""
-    to_px = mouth_place(face)
-    to_mouth = np.linalg.inv(to_px[:, :2])
-    return np.float32((face.points_px[_CONTOURS, :2] - to_px[:, 2]) @ to_mouth.T)
+    return in_crop(face.points_px[_CONTOURS, :2], mouth_place(face))

@@ -7,9 +7,16 @@ from typing import Any
 
 import numpy as np
 from makeup_video.pipeline.faces.face import Face
+from makeup_video.pipeline.frames.affine import AffineArray, invert
 from makeup_video.training.worn.prepare import named_faces, rows
 
 Crop = Any  # a named tuple of arrays
+
+
+def in_crop(points_px: np.ndarray, to_px: AffineArray) -> np.ndarray:
+    """Float32: points of a photo, (..., 2), in px of a crop; to_px: the crop's map to the photo."""
+    to_crop = invert(to_px)
+    return np.float32(points_px @ to_crop[:, :2].T + to_crop[:, 2])
 
 
 def pack_sets(
