@@ -68,6 +68,7 @@ class VideoCodec(NamedTuple):
     is_hardware: the encoder is one of a graphics chip, see hardware.py.
     handed: (ours, its) pairs of pixel formats, where the encoder takes another order of samples.
     device: FFmpeg's type of the device that pictures are sent to.
+    little_chroma: few players show its streams with more chroma than 4:2:0.
     """
 
     name: str
@@ -99,6 +100,7 @@ class VideoCodec(NamedTuple):
     is_hardware: bool = False
     handed: tuple[tuple[str, str], ...] = ()
     device: str | None = None
+    little_chroma: bool = False
 
 
 _X26X_PRESETS = (
@@ -127,7 +129,7 @@ CODECS = {
             bottom_first=("bff=1",),  # x264 opens with the top field first
             hdr=HdrParameters("mastering-display", "cll", in_units=True),
             live_preset="superfast", live_options=(("bf", "0"),),
-            many_threads=True,
+            many_threads=True, little_chroma=True,
             also=("x264", "libx264", "avc", "avc1"),
         ),
         VideoCodec(
@@ -140,6 +142,7 @@ CODECS = {
             tag=APPLE_HEVC, captions=True,
             parameters="x265-params", quiet=("log-level=none",),
             hdr=HdrParameters("master-display", "max-cll", in_units=True),
+            little_chroma=True,
             also=("h265", "x265", "libx265", "hvc1"),
         ),
         VideoCodec(

@@ -4,8 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from makeup_video.pipeline.engine.machine import cores
+from makeup_video.pipeline.frames.frame import layout_of
 from makeup_video.pipeline.media.codecs import (
     VideoCodec,
+    codecs_with,
     container_of,
     encoder_options,
     pick_codec,
@@ -17,6 +19,7 @@ from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat, bits_of
 from makeup_video.pipeline.offline.settings import Settings
 
 _LARGE_PX = 6_000_000  # of a frame: between 1440p and 2160p
+_MORE_CHROMA = {(1, 1): "4:4:4", (2, 1): "4:2:2"}  # by luma pixels for one sample of chroma
 _PROGRESSIVE = 1  # FFmpeg's AV_FIELD_PROGRESSIVE; 0 is unknown, and higher numbers are interlaced
 
 
@@ -26,7 +29,8 @@ class Encoding:
 
     frame_px: of the output; before and after side by side have twice the pixels of the source.
     depth: bits a sample; None: those usual for the codec.  sdr: HDR becomes SDR.
-    note: how the encoder was chosen, where hardware was asked for.
+    note: how the encoder was chosen, where hardware was asked for, and whether few players show
+    what it writes.
     is_opaque: as VideoSource.
     """
 
@@ -66,10 +70,27 @@ def choose_encoding(source: VideoSource, output: Path, settings: Settings) -> En
     note = ""
     if settings.hardware != NONE:
         codec, note = pick_encoder(codec, settings.hardware, _needs(source, depth, settings))
+    note = "; ".join(filter(None, (note, _hardly_played(source, codec, depth))))
     options = encoder_options(codec, settings.crf, settings.preset)
     frame_px = source.frame_px * (2 if settings.compare else 1)
     sdr, is_opaque = settings.sdr, source.is_opaque
     return Encoding(container, codec, options, frame_px, depth, sdr, note, is_opaque)
+
+
+def _hardly_played(source: VideoSource, codec: VideoCodec, depth: int | None) -> str:
+    """A warning where few players show the output's chroma; none where the source is in the same
+    codec, since it is played then."""
+    context = source.video.codec_context
+    name = "rgb24" if source.is_opaque else context.pix_fmt or "yuv420p"
+    chroma = _MORE_CHROMA.get(_chroma_of(pick_pix_fmt(name, codec, depth)))
+    if chroma is None or not codec.little_chroma or context.codec.name == codec.name:
+        return ""
+    fewer = codecs_with(lambda one: not _MORE_CHROMA.keys() & map(_chroma_of, one.pix_fmts))
+    return f"few players show {codec.name} of {chroma}; {fewer} has 4:2:0 alone"
+
+
+def _chroma_of(pix_fmt: str) -> tuple[int, int]:
+    return layout_of(pix_fmt).chroma
 
 
 def _needs(source: VideoSource, depth: int | None, settings: Settings) -> EncoderNeeds:
