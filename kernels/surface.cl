@@ -243,10 +243,8 @@ EIGHT_STEP void surface_lid_column(int x, float step_px, __global float *scratch
     float lower_slope = surface_slope(lower, x, LID_WIDE, 1.0f);
     /* beyond the corners, where the curves end, the surface stays turned as just inside them */
     int turn = x < LID_TURN_FROM ? LID_TURN_FROM : x > LID_TURN_TO ? LID_TURN_TO : x;
-    float crease_z = z[turn + 2 * CREASE_LINE * PATCH_WIDE];
-    float below = (crease_z - z[turn]) / eight_min(creases[turn] - y[turn], -1.0f);
-    float above = (z[turn + 2 * FOLD_LINE * PATCH_WIDE] - crease_z) /
-                  eight_min(folds[turn] - creases[turn], -1.0f);
+    float below = (z[turn + 2 * CREASE_LINE * PATCH_WIDE] - z[turn]) /
+                  eight_min(creases[turn] - y[turn], -1.0f);
     out[LASH * PATCH_WIDE] = at_lash;
     out[CREASE * PATCH_WIDE] = crease;
     out[FOLD * PATCH_WIDE] = fold;
@@ -255,7 +253,6 @@ EIGHT_STEP void surface_lid_column(int x, float step_px, __global float *scratch
     out[PER_CREASE * PATCH_WIDE] = 1.0f / (crease - fold);
     out[PER_FOLD * PATCH_WIDE] = (2.0f - LID_FOLD_UP) / (fold - brow);
     out[BELOW * PATCH_WIDE] = eight_clamp(below, -LID_STEEPEST, LID_STEEPEST);
-    out[ABOVE * PATCH_WIDE] = eight_clamp(above, -LID_STEEPEST, LID_STEEPEST);
     out[ACROSS * PATCH_WIDE] = eight_clamp(
         surface_slope(z + 2 * CREASE_LINE * PATCH_WIDE, turn, LID_WIDE, 1.0f), -LID_STEEPEST,
         LID_STEEPEST);
@@ -380,10 +377,11 @@ EIGHT_STEP void surface_lid_pixels(int x, int y, __global float *scratch, __glob
     ring = ring < 1.0f ? ring : 1.0f + above_crease * EIGHT(column + PER_CREASE * PATCH_WIDE);
     float8 up = ring < 1.0f ? ring : 1.0f + (LID_FOLD_UP - 1.0f) * (ring - 1.0f);
     up = ring < 2.0f ? up : LID_FOLD_UP + above_fold * EIGHT(column + PER_FOLD * PATCH_WIDE);
-    float8 below = EIGHT(column + BELOW * PATCH_WIDE), gx = EIGHT(column + ACROSS * PATCH_WIDE);
-    float8 gy = below + (EIGHT(column + ABOVE * PATCH_WIDE) - below) *
-                            eight_clamp8(ring - 0.5f, 0.0f, 1.0f);
-    gy += LID_ROUNDNESS * eight_clamp8(0.5f - up, -0.5f, 0.5f);
+    float8 gx = EIGHT(column + ACROSS * PATCH_WIDE);
+    /* see _normals in eyes_twin.py */
+    float8 gy = EIGHT(column + BELOW * PATCH_WIDE);
+    gy -= LID_LEAN * eight_clamp8(ring + 1.0f, 0.0f, 1.0f);
+    gy += LID_ROUNDNESS * eight_clamp8(0.5f - ring, LID_ROUND_TO, 0.5f);
     float8 shrink = surface_shrink8(gx, gy);
     float8 beside = LID_LEFT + LID_STEP * ((float)x + ROW8);
     int8 is_lid = (up > LID_LIGHT_FROM) & (up < LID_LIGHT_TO) & (beside > -LID_LIGHT_BESIDE) &

@@ -21,8 +21,8 @@ enum {
     SEAM, LIP,
     FIRST = 0, PER_HEIGHT, BEND, TILT = BEND + 3, ALONG, OF_LIP,
     /* of lids */
-    LASH = 0, CREASE, FOLD, LOWER_LASH, PER_LASH, PER_CREASE, PER_FOLD, BELOW, ABOVE, ACROSS,
-    LASH_PX, LOWER_PX
+    LASH = 0, CREASE, FOLD, LOWER_LASH, PER_LASH, PER_CREASE, PER_FOLD, BELOW, ACROSS, LASH_PX,
+    LOWER_PX
 };
 
 /* Curves of lids, in the order of `rings`. */

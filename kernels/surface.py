@@ -82,7 +82,11 @@ LID_SETTLE = 0.04 / LID_STEP
 LID_STEEPEST = 2.0
 # Columns from and to which normals follow the mesh, whose curves end a little beyond the corners.
 LID_TURNS = tuple(round((out - LID_LEFT) / LID_STEP) for out in (-0.5, 0.56))
-LID_ROUNDNESS = 0.8  # a lid lies on a ball: added to the slope, by the height below its middle
+# The mesh has lids that face down, as far as the brow; but a lid lies on a ball. So LID_LEAN is
+# taken off the mesh's slope above the lower lash line, and LID_ROUNDNESS is added by the height
+# below the lid's middle. That goes on above the crease, to LID_ROUND_TO: where skin faced the light
+# again, there would be a second highlight.
+LID_LEAN, LID_ROUNDNESS, LID_ROUND_TO = 0.6, 1.0, -1.0
 # Where a lid's light is averaged: heights (lash line 0, crease 1), distance from the middle.
 LID_LIGHT_FROM, LID_LIGHT_TO, LID_LIGHT_BESIDE = 0.15, 1.25, 0.55
 
@@ -197,7 +201,9 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
         "LID_INNER_CORNER": LID_CORNERS[0],
         "LID_OUTER_CORNER": LID_CORNERS[1],
         "LID_SETTLE": LID_SETTLE,
+        "LID_LEAN": LID_LEAN,
         "LID_ROUNDNESS": LID_ROUNDNESS,
+        "LID_ROUND_TO": LID_ROUND_TO,
         "LID_LIGHT_FROM": LID_LIGHT_FROM,
         "LID_LIGHT_TO": LID_LIGHT_TO,
         "LID_LIGHT_BESIDE": LID_LIGHT_BESIDE,

@@ -1,10 +1,10 @@
 """Reads a look from a photo: photo -> face -> what is worn -> layers of each kind -> Look.
 
 A net that sees the whole face decides which kinds are worn (read_makeup.py). Colours are measured
-on the photo, beside those of bare faces (fit_lips.py, fit_shadows.py, fit_blush.py). The shine of
-lids, and some of that of lips, is read by a net of each, from a crop whose light is divided out as
-in training (crops.py); two small nets read the form of eyeliner, and how lipstick shines and fades
-(read_liner.py, read_lipstick.py).
+on the photo, beside those of bare faces (fit_lips.py, fit_shadows.py, fit_blush.py), and so is the
+shimmer of lids (lid_shimmer.py). Some of the shine of lips is read by a net, from a crop whose
+light is divided out as in training (crops.py); two small nets read the form of eyeliner, and how
+lipstick shines and fades (read_liner.py, read_lipstick.py).
 """
 
 import os
@@ -38,6 +38,7 @@ from makeup_video.pipeline.reference.crops import CROPS, NUMBERS, read_input, re
 from makeup_video.pipeline.reference.fit_blush import fit_blush
 from makeup_video.pipeline.reference.fit_lips import fit_lips
 from makeup_video.pipeline.reference.fit_shadows import fit_shadows
+from makeup_video.pipeline.reference.lid_shimmer import lid_shimmer
 from makeup_video.pipeline.reference.liner import liner
 from makeup_video.pipeline.reference.lower_line import lower_line
 from makeup_video.pipeline.reference.nets import (
@@ -159,7 +160,7 @@ def estimate_photo(
         raise UsageError(f"{option('face')} must be largest, or the number of a face, got {face!r}")
     check_memory(READ_PHOTO)
     try:
-        with loading([MAKEUP, *CROPS, LINER, LIPSTICK]):
+        with loading([MAKEUP, "lips", LINER, LIPSTICK]):
             rgb8 = (
                 read(photo, name) if read and isinstance(photo, bytes) else read_photo(photo, name)
             )
@@ -217,36 +218,34 @@ class _Photo:
     def liner_form(self) -> LinerForm:
         return read_liner(self.rgb8, self.face, self.makeup.worn["eyeshadow"])
 
-    def product(self, region: str) -> GraphicsParams | None:
-        """What the net of a crop reads, a key of CROPS; None when the region cannot be seen."""
+    def input(self, region: str) -> np.ndarray | None:
+        """The input of a region's net, a key of CROPS; None when the region cannot be seen."""
         needed = CROPS[region].needed
         if needed and not is_inside(self.rgb8, self.face, needed):
             return None
-        crop = read_input(RgbPicture(self.rgb8), self.face, region, self.light)
-        if crop is None:
-            return None
-        return product_with(
-            read_numbers(lambda rgb8: reference_net(region)(rgb8)["targets"], crop), region
-        )
+        return read_input(RgbPicture(self.rgb8), self.face, region, self.light)
 
 
 def _lipstick(photo: _Photo) -> list[Layer]:
-    lips = photo.product("lips")
-    if lips is None:
+    crop = photo.input("lips")
+    if crop is None:
         return []
+    net = reference_net("lips")
+    lips = product_with(read_numbers(lambda rgb8: net(rgb8)["targets"], crop), "lips")
     seen, form = photo.colours, read_lipstick(photo.rgb8, photo.face)
     probability = photo.makeup.worn["lipstick"]
     return [fit_lips(seen.neutral, seen.lips, lips, seen.flat_lips, form, probability)]
 
 
 def _eyeshadow(photo: _Photo) -> list[Layer]:
-    lid = photo.product("eyes")
-    if lid is None:
+    lids = photo.input("eyes")
+    if lids is None:
         return []
     seen, probability = photo.colours, photo.makeup.worn["eyeshadow"]
     wing = photo.liner_form.wing if photo.is_lined else None
     winged = wing is not None and wing.is_sure
-    return fit_shadows(seen.neutral, seen.eyes, lid, probability, photo.is_lined, winged)
+    shimmer = lid_shimmer(lids)
+    return fit_shadows(seen.neutral, seen.eyes, probability, photo.is_lined, winged, shimmer)
 
 
 def _eyeliner(photo: _Photo) -> list[Layer]:

@@ -10,16 +10,16 @@ from dataclasses import replace
 
 import numpy as np
 from makeup_video.pipeline.look.ciede2000 import lab_of_linear
-from makeup_video.pipeline.look.finishes import nearest_finish, product
+from makeup_video.pipeline.look.finishes import product
 from makeup_video.pipeline.look.kinds.density_map import heights, places_across, to_text
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.first_shadows import first_shadows
+from makeup_video.pipeline.reference.flat_eyes import flat_places
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
 from makeup_video.pipeline.reference.product_film import likely_share, ramp
 from makeup_video.pipeline.reference.shadow_cells import (
     columns_seen,
-    density_of,
     on_map,
     shadow_cells,
     slot_of,
@@ -59,36 +59,37 @@ _UNLIKELY_SHARE = 0.6  # what of it is painted where eyeshadow is hardly likely
 # The luminance that powder has at least, since its surface reflects light, too. Without it, a black
 # lid that shuts is a hole.
 _BLACK = 0.0116
-_DARK = 0.25  # luminance, as a share of skin's, below which shine looks like dust
+_LIGHT = 0.25  # luminance, as a share of skin's, from which on shimmer does not look like dust
 # Colours like brow hair, which fade out above the crease.
 _HAIR_DARK = 0.125, 0.25  # shares of skin's luminance: wholly as dark as hair, and a little
 _HAIR_COLD = -15.0  # b* of the bluest of them
 _HAIR_GREEN = -10.0  # a* of the greenest
 _HAIR_VIVID = 35.0  # chroma of the most vivid
 _BROW = 1.1, 1.7  # the heights over which they fade out
-_HARDLY = 0.05  # an opacity up to which a layer is not worth painting
+# Luminance of lids, likewise: of those that shimmer a little, and of those that do so wholly.
+_LIGHT_LID = 0.36, 0.42
+_MOST_GLOSS, _SPARKLES = 1.8, 1.4  # of products that shimmer wholly; their sparkles end sooner
+_SHEEN = 0.07  # what is taken off the roots of such a product, for the light that shimmer adds
+_HARDLY = 0.05  # an opacity up to which a layer is not worth painting, and the same of shimmer
 
 
 def fit_shadows(
     neutral: NeutralFace,
     seen: np.ndarray | None,
-    lid: GraphicsParams,
     probability: float = 1.0,
     lined: bool = True,
     winged: bool = False,
+    shimmer: float = 0.0,
 ) -> list[Layer]:
     """The layers of eyeshadow of a face, in the order of painting; none for an eye that is not
     seen, or that looks like a bare one.
 
-    seen: as of flat_eyes.  lid: the product on the lid as the net reads it, whose finish the colour
-    has of which the lid has most, unless it is dark; the others are matte.  probability: that
-    eyeshadow is worn; the less likely, the sheerer.  lined: whether eyeliner is worn, too.
-    winged: whether that surely has a wing.
+    seen: as of flat_eyes.  probability: that eyeshadow is worn; the less likely, the sheerer.
+    lined: whether eyeliner is worn, too.  winged: whether that surely has a wing.  shimmer: 0..1,
+    as of lid_shimmer.
     """
     if seen is None:
         return []
-    shine = lid.opacity, lid.gloss, lid.gloss_roughness, lid.reflection
-    finish = nearest_finish(*shine, "eyes", shimmers=False)
     skin = TypicalSkin.of(neutral, _OWN_HUE)
     cells = replace(shadow_cells(), reach=shadow_cells().reach * columns_seen(seen))
     shown = _calm(skin.roots(on_map(seen)), skin, neutral.skin)
@@ -99,7 +100,7 @@ def fit_shadows(
     found = replace(found, roots=_no_colder(found, shown, labs_in_photo, skin, neutral.light))
     found = replace(found, densities=_without_brows(found, skin))
     share = likely_share(probability, _ALL_FROM, _UNLIKELY_SHARE)
-    return _layers(found, skin, finish, share)
+    return _layers(found, skin, shimmer * ramp(_light_of_lid(seen), _LIGHT_LID), share)
 
 
 def _calm(seen: np.ndarray, skin: TypicalSkin, own: np.ndarray) -> np.ndarray:
@@ -226,18 +227,37 @@ def _no_blacker(root: np.ndarray, opacity: float, skin: TypicalSkin) -> tuple[np
     return lighter, min(opacity * before / after, 1.0) if after > 0 else opacity
 
 
-def _layers(found: Spread, skin: TypicalSkin, finish: str, share: float) -> list[Layer]:
-    """finish: of the colour of which the lid has most, unless it is dark.  share: of all
-    opacities."""
-    on_lid = found.opacities * (found.densities * density_of({"slot": "lid"})).sum((1, 2))
+def _light_of_lid(seen: np.ndarray) -> float:
+    """Of flat eyes (27, 48, 3): the luminance in the middle of the lid, as a share of skin's."""
+    above, beside = heights(True), np.abs(flat_places()[0])
+    there = np.ix_((above > 0.3) & (above < 1), beside < 0.35)
+    return float(np.median((seen**2 @ LUMINANCE)[: len(above)][there]))
+
+
+def _layers(found: Spread, skin: TypicalSkin, shimmer: float, share: float) -> list[Layer]:
+    """shimmer: of all that is not dark.  share: of all opacities."""
     layers = []
     for at, density in enumerate(found.densities):
         root, opacity = _no_blacker(found.roots[at], float(found.opacities[at]), skin)
         if opacity <= _HARDLY:
             continue
-        is_dark = root**2 @ LUMINANCE < _DARK
-        chosen = finish if at == on_lid.argmax() and not is_dark else "matte"
-        worn = product(skin.codes(root), chosen, "eyes")
+        is_light = root**2 @ LUMINANCE > _LIGHT
+        shines = shimmer if is_light else 0.0
+        worn = shimmering(skin.codes(root * (1 - _SHEEN * shines)), shines)
         shape = {"slot": slot_of(density), "map": to_text(density)}
         layers.append(Layer("eyeshadow", replace(worn, opacity=round(share * opacity, 3)), shape))
     return layers
+
+
+def shimmering(rgb: tuple[float, float, float], shimmer: float) -> GraphicsParams:
+    """An eyeshadow of a colour, codes 0..255, that shimmers by so much, 0..1; matte where that is
+    hardly seen."""
+    if shimmer <= _HARDLY:
+        return product(rgb, "matte", "eyes")
+    worn = product(rgb, "shimmer", "eyes")
+    return replace(
+        worn,
+        gloss=round(_MOST_GLOSS * shimmer, 3),
+        shimmer=round(min(_SPARKLES * shimmer, worn.shimmer), 3),
+        shimmer_size=0.0,  # larger sparkles look like crumbs
+    )

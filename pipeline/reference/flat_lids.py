@@ -39,6 +39,18 @@ def flat_lids(face: Face, to_crop: AffineArray) -> np.ndarray | None:
     return in_crop.transpose(2, 0, 1).astype(np.float32)
 
 
+def flat_heights() -> np.ndarray:
+    """(64,) the heights of the rows: lash line 0, crease 1, fold 2; negative below the lashes."""
+    down = np.linspace(0, _LOWEST, FLAT_WH[1] - _ABOVE + 1)[1:]
+    return np.concatenate([np.linspace(_HIGHEST, 0, _ABOVE), -down])
+
+
+def flat_places_across() -> np.ndarray:
+    """(160,) the places of the columns across their eye: inner corner -0.5, outer corner 0.5."""
+    right = np.linspace(*_OUT, FLAT_WH[0] // 2)
+    return np.concatenate([right[::-1], right])
+
+
 def _places(grid: Grid, curves: np.ndarray) -> np.ndarray:
     """(2, 64, 80) px of the picture, for one eye.
 

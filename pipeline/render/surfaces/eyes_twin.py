@@ -15,11 +15,13 @@ from makeup_video.kernels.surface import (
     LID_FOLD_UP,
     LID_HELD,
     LID_HW,
+    LID_LEAN,
     LID_LEAST,
     LID_LIGHT_BESIDE,
     LID_LIGHT_FROM,
     LID_LIGHT_TO,
     LID_LIT,
+    LID_ROUND_TO,
     LID_ROUNDNESS,
     LID_SEEDS,
     LID_SETTLE,
@@ -165,12 +167,11 @@ def _normals(y: np.ndarray, depth: np.ndarray, ring: np.ndarray) -> np.ndarray:
     towards the viewer."""
     columns = np.clip(COLUMNS, LID_TURNS[0], LID_TURNS[1])
     slopes = slopes_along(depth[:, 1], 1)[:, None, columns]
-    y, depth = y[:, :3, columns], depth[:, :3, columns]
-    falls = (depth[:, 1:] - depth[:, :-1]) / np.minimum(y[:, 1:] - y[:, :-1], -1)
-    falls = np.clip(falls, -LID_STEEPEST, LID_STEEPEST)
-    below, above = falls[:, 0, None], falls[:, 1, None]
-    gy = below + (above - below) * np.clip(ring - 0.5, 0, 1)
-    gy += LID_ROUNDNESS * np.clip(0.5 - ring, -0.5, 0.5)
+    y, depth = y[:, :2, columns], depth[:, :2, columns]
+    falls = (depth[:, 1:] - depth[:, :1]) / np.minimum(y[:, 1:] - y[:, :1], -1)
+    gy = np.clip(falls, -LID_STEEPEST, LID_STEEPEST)
+    gy = gy - LID_LEAN * np.clip(ring + 1, 0, 1)
+    gy += LID_ROUNDNESS * np.clip(0.5 - ring, LID_ROUND_TO, 0.5)
     gx = np.clip(slopes, -LID_STEEPEST, LID_STEEPEST)
     shrink = 1 / np.sqrt(1 + gx * gx + gy * gy)
     return np.stack([gx * shrink, gy * shrink], axis=1)

@@ -21,7 +21,13 @@ from makeup_video.pipeline import (
 )
 from makeup_video.pipeline.look.ciede2000 import ciede2000, lab_of
 from makeup_video.pipeline.look.finishes import in_words
-from makeup_video.pipeline.reference.crops import NUMBERS, from_targets
+from makeup_video.pipeline.look.look import Layer
+from makeup_video.pipeline.reference.crops import (
+    NUMBERS,
+    crop_around,
+    from_targets,
+    input_places,
+)
 from makeup_video.pipeline.reference.estimate import (
     MOST_GLOSS,
     MOST_REFLECTION,
@@ -29,6 +35,7 @@ from makeup_video.pipeline.reference.estimate import (
     estimate_photo,
     product_with,
 )
+from makeup_video.pipeline.reference.flat_lids import flat_heights
 from makeup_video.pipeline.reference.read_makeup import WORN_FROM
 from people import SAMPLES, grey, portrait, put
 from reference_photos import face
@@ -72,6 +79,21 @@ def test_a_kind_is_in_the_look_where_it_is_probable():
         assert all(0 <= probability <= 1 for probability in one.worn.values())
         worn = {layer.kind for layer in one.look.layers}
         assert worn <= {kind for kind, least in WORN_FROM.items() if one.worn[kind] >= least}
+
+
+def test_glitter_on_the_lids_of_a_photo_is_read_as_shimmer():
+    pale = Layer("eyeshadow", product("#9FD8E6", "matte", "eyes"), {"slot": "full"})
+    plain = apply_look(portrait(), Look([Layer("lipstick", product("#B4002E", "satin")), pale]))
+    to_px, _ = crop_around(face(), "eyes")
+    heights = flat_heights()
+    lids = input_places(face(), "eyes")[:, (heights > 0.3) & (heights < 1.5)].reshape(2, -1)
+    specks = lids[:, np.random.default_rng(0).random(lids.shape[1]) < 0.06]
+    x, y = np.rint(to_px[:, :2] @ specks + to_px[:, 2:]).astype(int)
+    glitter = plain.copy()
+    glitter[y, x] = 255
+    matte, shining = (estimate(picture).look.of("eyeshadow") for picture in (plain, glitter))
+    assert matte and not any(layer.product.shimmer for layer in matte)
+    assert any(layer.product.shimmer > 0.1 for layer in shining)
 
 
 def test_a_bare_face_wears_nothing():

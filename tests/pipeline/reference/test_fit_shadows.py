@@ -14,7 +14,7 @@ from makeup_video.pipeline.look.ciede2000 import lab_of, linear_of_lab
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import rgb_of_hex
 from makeup_video.pipeline.reference import fit_shadows as shadows
-from makeup_video.pipeline.reference.fit_shadows import fit_shadows
+from makeup_video.pipeline.reference.fit_shadows import fit_shadows, shimmering
 from makeup_video.pipeline.reference.flat_eyes import density, flat_eyes, flat_places
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
@@ -43,7 +43,7 @@ def opacity_read(rgb, above):
     neutral = neutral_of(apply_look(portrait(), Look([Layer("eyeshadow", worn, FULL)]), [face()]))
     across, height = flat_places()
     there = np.ix_(height > above, (across > 0.2) & (across < 0.9))
-    layers = fit_shadows(neutral, flat_eyes(neutral), LID)
+    layers = fit_shadows(neutral, flat_eyes(neutral))
     return max((one.product.opacity * density(one)[there].max() for one in layers), default=0.0)
 
 
@@ -55,7 +55,7 @@ def test_what_may_be_brow_hair_is_not_painted_below_the_brow(hair):
 def test_eyes_in_glaring_light_have_no_shadow():
     """All of their products would have to be white."""
     glare = np.full_like(flat_eyes(bare()), 4)
-    assert fit_shadows(bare(), glare, LID) == []
+    assert fit_shadows(bare(), glare) == []
 
 
 @pytest.mark.parametrize("shadow", [(20, 40, 150), (0, 110, 40), (110, 20, 160)])
@@ -74,7 +74,7 @@ def test_soft_browns_are_less_yellow_than_they_are_seen(red, yellow):
     def yellowness(more):
         brown = np.sqrt(linear_of_lab(plain + np.array([-14, red, more])) / skin)
         seen = (eyes * ((1 - dense) + dense * brown)).astype(np.float32)
-        layers = fit_shadows(replace(bare(), skin=skin), seen, LID)
+        layers = fit_shadows(replace(bare(), skin=skin), seen)
         labs = lab_of(np.array([rgb_of_hex(one.product.hex) for one in layers]))
         amounts = np.array([one.product.opacity * density(one).mean() for one in layers])
         return float(amounts @ (labs[:, 2] - 14))
@@ -89,7 +89,7 @@ def test_soft_browns_are_less_yellow_than_they_are_seen(red, yellow):
 def test_no_shadow_is_read_as_blacker_than_powder(black):
     worn = replace(product(black, "matte", "eyes"), opacity=1.0)
     neutral = neutral_of(apply_look(portrait(), Look([Layer("eyeshadow", worn, FULL)]), [face()]))
-    read = [one.product for one in fit_shadows(neutral, flat_eyes(neutral), LID)]
+    read = [one.product for one in fit_shadows(neutral, flat_eyes(neutral))]
     lightness = [lab_of(np.array(rgb_of_hex(one.hex)))[0] for one in read if one.opacity > 0.5]
     assert lightness and 9 < min(lightness) < 16
 
@@ -192,3 +192,40 @@ def test_warm_shadow_that_is_unsure_is_as_vivid_as_it_is_seen(red, blue, probabi
 def test_pink_blue_and_green_are_as_vivid_however_sure(cool, probability):
     assert vividness(cool, 1.0) > 1.2
     assert vividness(cool, probability) == pytest.approx(vividness(cool, 1.0), abs=0.01)
+
+
+def painted_lids(rgb):
+    worn = replace(product(rgb, "matte", "eyes"), opacity=0.9)
+    return neutral_of(apply_look(portrait(), Look([Layer("eyeshadow", worn, FULL)]), [face()]))
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(0.1, 1))
+def test_light_lids_that_glitter_shimmer_in_a_deeper_colour(shimmer):
+    neutral = painted_lids((120, 190, 200))
+    flat = flat_eyes(neutral)
+    matte, shining = (fit_shadows(neutral, flat, shimmer=one) for one in (0.0, shimmer))
+    assert matte and all(one.product.gloss == one.product.shimmer == 0 for one in matte)
+    assert any(one.product.gloss > 0 and one.product.shimmer > 0 for one in shining)
+    for before, after in zip(matte, shining, strict=True):
+        assert after.whole_shape == before.whole_shape
+        assert after.product.opacity == before.product.opacity
+        deeper = [getattr(after.product, name) for name in ("red", "green", "blue")]
+        lighter = [getattr(before.product, name) for name in ("red", "green", "blue")]
+        assert np.less_equal(deeper, lighter).all()
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(0, 1))
+def test_dark_lids_stay_matte(shimmer):
+    """Shine on them looks like grey dust."""
+    neutral = painted_lids((30, 16, 40))
+    layers = fit_shadows(neutral, flat_eyes(neutral), shimmer=shimmer)
+    assert layers and all(one.product.shimmer == one.product.gloss == 0 for one in layers)
+
+
+@given(st.floats(0, 1), st.floats(0, 1))
+def test_the_more_an_eyeshadow_shimmers_the_more_it_shines(one, other):
+    less, more = (shimmering((120, 190, 200), each) for each in sorted((one, other)))
+    assert less.gloss <= more.gloss and less.shimmer <= more.shimmer
+    assert (less.red, less.green, less.blue) == (120, 190, 200) == (more.red, more.green, more.blue)

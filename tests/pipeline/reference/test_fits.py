@@ -47,7 +47,7 @@ def lips_of(neutral, lips, probability=1.0, form=None):
 
 
 def shadows_of(neutral):
-    return fit_shadows(neutral, flat_eyes(neutral), LID)
+    return fit_shadows(neutral, flat_eyes(neutral))
 
 
 def blush_of(neutral):
@@ -159,7 +159,7 @@ def test_a_dark_shadow_darkens_the_same_place_again(slot):
 def test_a_shadow_below_the_eye_is_read_however_likely(probability):
     worn = replace(product((200, 70, 70), "matte", "eyes"), opacity=0.7)
     neutral = wearing(*(Layer("eyeshadow", worn, {"slot": slot}) for slot in ("full", "under")))
-    read = fit_shadows(neutral, flat_eyes(neutral), LID, probability)
+    read = fit_shadows(neutral, flat_eyes(neutral), probability)
     below = density(Layer("eyeshadow", worn, {"slot": "under"})) > 0.7
     assert max(one.product.opacity * density(one)[below].mean() for one in read) > 0.1
 
@@ -186,7 +186,7 @@ def test_a_soft_grey_is_not_read_as_black(slot):
     dense = density(Layer("eyeshadow", LID, {"slot": slot}))[..., None]
     bare = read_array("bare_eyes.npy").astype(np.float32)[..., :3]
     seen = (1 - dense) * bare + dense * np.float32(0.5)  # of the root of skin
-    for layer in fit_shadows(wearing_nothing(), seen, LID):
+    for layer in fit_shadows(wearing_nothing(), seen):
         read = layer.product
         assert lab_of(np.array([read.red, read.green, read.blue]))[0] > 20
 
@@ -197,7 +197,7 @@ def test_a_less_likely_shadow_is_painted_sheerer(one, other):
     neutral = wearing(Layer("eyeshadow", product((60, 20, 40), "matte", "eyes"), {"slot": "lid"}))
     seen = flat_eyes(neutral)
     sheer, more = (
-        max(layer.product.opacity for layer in fit_shadows(neutral, seen, LID, probability))
+        max(layer.product.opacity for layer in fit_shadows(neutral, seen, probability))
         for probability in sorted((one, other))
     )
     assert sheer <= more + 0.01
@@ -274,7 +274,7 @@ def test_dark_brown_on_tanned_skin_in_warm_light_is_not_blue(slot, lightness, re
     bare = read_array("bare_eyes.npy").astype(np.float32)[..., :3]
     seen = (1 - dense) * bare + dense * brown.astype(np.float32)
     warm = replace(wearing_nothing(), skin=skin, light=np.array([1.15, 1.0, 0.85]))
-    for layer in fit_shadows(warm, seen, LID):
+    for layer in fit_shadows(warm, seen):
         read = layer.product
         assert lab_of(np.array([read.red, read.green, read.blue]))[2] > -6
 
@@ -284,7 +284,7 @@ def test_a_pink_shadow_in_soft_light_is_no_white_veil():
     layer = Layer("eyeshadow", worn, {"slot": "full"})
     neutral = wearing(layer)
     seen, dense = flat_eyes(neutral), density(layer) > 0.5
-    again = flat_eyes(wearing(*fit_shadows(neutral, 1.2 * seen, LID)))
+    again = flat_eyes(wearing(*fit_shadows(neutral, 1.2 * seen)))
     redness, read = ((cells[..., 0] - cells[..., 1])[dense] for cells in (seen, again))
     share = (read / redness)[redness > 0.05]  # not on the rims of the glasses
     assert len(share) > 200 and np.median(share) > 0.9 and np.quantile(share, 0.05) > 0.6
@@ -325,7 +325,7 @@ def test_soft_browns_of_pale_skin_are_less_vivid(red, yellow):
         skin, off = linear_of_lab(plain), np.array([-12, red, yellow])
         brown = np.sqrt(linear_of_lab(plain + off) / skin)
         seen = (bare * ((1 - dense) + dense * brown)).astype(np.float32)
-        layers = fit_shadows(replace(wearing_nothing(), skin=skin), seen, LID)
+        layers = fit_shadows(replace(wearing_nothing(), skin=skin), seen)
         labs = lab_of(np.array([rgb_of_hex(one.product.hex) for one in layers]))
         amounts = np.array([one.product.opacity * density(one).mean() for one in layers])
         return float(amounts @ (labs[:, 1] - 10))

@@ -25,7 +25,7 @@ def test_each_net_is_loaded_once_while_the_photo_is_decoded(monkeypatch):
     read = look_from_photo(SAMPLES / "look.jpg")
     assert len(read.layers) > 1
     assert sorted(loaded) == [
-        f"reference_{name}" for name in ("eyes", "liner", "lips", "lipstick", "makeup")
+        f"reference_{name}" for name in ("liner", "lips", "lipstick", "makeup")
     ]
     assert not any(thread.name == "makeup-reference" for thread in threading.enumerate())
 

@@ -11,10 +11,12 @@ from hypothesis import strategies as st
 from layers import SLOTS, UPPER_SLOTS, densities, shadow, surface_weight
 from makeup import close_up, inside, true_face, white_light
 from makeup_video.pipeline.faces.topology import BROW, EYE, EYE_CONTOUR, RIGHT_BROW, RIGHT_EYE
+from makeup_video.pipeline.render.surfaces.both_eyes import OUTWARDS
 from makeup_video.pipeline.render.surfaces.eyes import EYES
 from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces, light_on_lid
 from makeup_video.pipeline.render.surfaces.surface import Edge
 from makeup_video.pipeline.render.surfaces.unfolded import STEPS
+from reference_photos import face as found_face
 
 HW = (220, 200)
 
@@ -126,6 +128,28 @@ def test_normals_are_finite_and_face_the_viewer_on_any_face(degrees, lean):
         for region in lid_surfaces(heads.face(variant)):
             assert np.isfinite(region.normals).all() and np.isfinite(region.up).all()
             assert (np.square(region.normals).sum(0) < 1).all()
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-180, 180))
+def test_lids_lie_on_a_ball(degrees):
+    _, points = close_up()
+    for lid in lid_surfaces(true_face(turned(points, degrees))):
+        lashes, middle, crease = facing(lid)
+        assert crease < middle - 0.1 < lashes - 0.2
+
+
+def test_lids_of_a_face_that_looks_straight_face_up_a_little():
+    for lid in lid_surfaces(found_face()):
+        lashes, middle, _ = facing(lid)
+        assert -0.4 < middle < 0 < lashes
+
+
+def facing(lid):
+    """How far a lid faces down, at its lashes, in its middle and in its crease."""
+    above_pupil = np.abs(OUTWARDS) < 0.3
+    up, down = lid.up[:, above_pupil], lid.normals[1][:, above_pupil]
+    return [down[np.abs(up - height) < 0.15].mean() for height in (0, 0.5, 1)]
 
 
 def test_eyes_too_narrow_to_be_seen_are_left_out():
