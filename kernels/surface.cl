@@ -378,10 +378,11 @@ EIGHT_STEP void surface_lid_pixels(int x, int y, __global float *scratch, __glob
     float8 up = ring < 1.0f ? ring : 1.0f + (LID_FOLD_UP - 1.0f) * (ring - 1.0f);
     up = ring < 2.0f ? up : LID_FOLD_UP + above_fold * EIGHT(column + PER_FOLD * PATCH_WIDE);
     float8 gx = EIGHT(column + ACROSS * PATCH_WIDE);
-    /* see _normals in eyes_twin.py */
-    float8 gy = EIGHT(column + BELOW * PATCH_WIDE);
-    gy -= LID_LEAN * eight_clamp8(ring + 1.0f, 0.0f, 1.0f);
-    gy += LID_ROUNDNESS * eight_clamp8(0.5f - ring, LID_ROUND_TO, 0.5f);
+    /* a lid lies on a ball: see LID_LEAN in surface.py */
+    float8 round = eight_clamp8(0.5f - ring, 0.5f - LID_ROUND_TO, 0.5f);
+    float8 turned = LID_ROUNDNESS * round - LID_LEAN;
+    float8 gy = EIGHT(column + BELOW * PATCH_WIDE) + turned +
+                (LID_BELOW - turned) * eight_clamp8(below_lower, 0.0f, 1.0f);
     float8 shrink = surface_shrink8(gx, gy);
     float8 beside = LID_LEFT + LID_STEP * ((float)x + ROW8);
     int8 is_lid = (up > LID_LIGHT_FROM) & (up < LID_LIGHT_TO) & (beside > -LID_LIGHT_BESIDE) &

@@ -82,11 +82,12 @@ LID_SETTLE = 0.04 / LID_STEP
 LID_STEEPEST = 2.0
 # Columns from and to which normals follow the mesh, whose curves end a little beyond the corners.
 LID_TURNS = tuple(round((out - LID_LEFT) / LID_STEP) for out in (-0.5, 0.56))
-# The mesh has lids that face down, as far as the brow; but a lid lies on a ball. So LID_LEAN is
-# taken off the mesh's slope above the lower lash line, and LID_ROUNDNESS is added by the height
-# below the lid's middle. That goes on above the crease, to LID_ROUND_TO: where skin faced the light
-# again, there would be a second highlight.
-LID_LEAN, LID_ROUNDNESS, LID_ROUND_TO = 0.6, 1.0, -1.0
+# The mesh's lids face down, and so does the skin up to the brow; but a lid lies on a ball. So
+# LID_LEAN is subtracted from the slope above the eye, and LID_ROUNDNESS times the height below the
+# lid's middle is added, so lashes face down and the crease up. That goes on to the height
+# LID_ROUND_TO: if skin faced the light again, it would have a second highlight. To the slope below
+# the lower lash line LID_BELOW is added.
+LID_LEAN, LID_ROUNDNESS, LID_ROUND_TO, LID_BELOW = 0.6, 1.0, 1.5, 0.4
 # Where a lid's light is averaged: heights (lash line 0, crease 1), distance from the middle.
 LID_LIGHT_FROM, LID_LIGHT_TO, LID_LIGHT_BESIDE = 0.15, 1.25, 0.55
 
@@ -204,6 +205,7 @@ DEFINITIONS = colour.DEFINITIONS + Definitions(
         "LID_LEAN": LID_LEAN,
         "LID_ROUNDNESS": LID_ROUNDNESS,
         "LID_ROUND_TO": LID_ROUND_TO,
+        "LID_BELOW": LID_BELOW,
         "LID_LIGHT_FROM": LID_LIGHT_FROM,
         "LID_LIGHT_TO": LID_LIGHT_TO,
         "LID_LIGHT_BESIDE": LID_LIGHT_BESIDE,

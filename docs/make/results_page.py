@@ -216,10 +216,10 @@ others from the nearest finish. People are drawn so that all skin tones that occ
 equally frequent; none of them is labelled as made up.
 
 The tables measure the nets by themselves: they are given which makeup is worn, and where. The
-product takes from these nets only the roughness of the gloss of lips, and a little of their
-reflection; it measures colours on the photo, and the shimmer of lids. The rows *the whole
-product* under [Triplets](#triplets) show what it reads when nothing is given. On renders it
-reads worse than its nets, because it was made for real photographs
+product takes from these nets only the roughness of the gloss of lips and a little of the
+reflection of lips. It measures the colours of all makeup, and the shimmer of lids, on the photo.
+The rows *the whole product* under [Triplets](#triplets) show what it reads when nothing is
+given. On renders it reads worse than its nets, because it was made for real photographs
 ([decisions](decisions/reference.md)). It takes most of the difference between a photo's skin and
 typical skin for exposure, while in these renders the skin itself differs. It also calls many
 painted eyeshadows bare, and lipsticks that are close to bare lips, because for each kind its

@@ -26,6 +26,7 @@ _COVERS = (
     (0.0, "very light coverage"),
 )  # fmt: skip
 _SHEER_TO = 0.6  # opacity from which on no product is called sheer
+_HARDLY_SHIMMERS = 0.1  # fewer sparkles than that are not named
 _BY_ROOT = "gloss", "reflection"  # numbers whose roots are compared
 
 
@@ -70,12 +71,12 @@ def in_words(params: GraphicsParams, part: str = "lips") -> str:
 
 
 def _finish_seen(params: GraphicsParams, part: str) -> str:
-    """The finish that a product looks like. Gloss that mirrors nothing is gloss as well, and what
-    covers more than lightly is not sheer."""
+    """The finish that a product looks like. Gloss that mirrors nothing is gloss as well, what
+    covers more than lightly is not sheer, and what has sparkles is metallic or shimmers."""
     names = [
         name
         for name, parts in FINISHES.items()
-        if (params.shimmer > 0 or not parts[part]["shimmer"])
+        if (params.shimmer > _HARDLY_SHIMMERS) == (parts[part]["shimmer"] > 0)
         and (name != "sheer" or params.opacity < _SHEER_TO)
     ]
     seen = ("opacity", "gloss", "gloss_roughness")

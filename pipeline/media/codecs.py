@@ -68,7 +68,7 @@ class VideoCodec(NamedTuple):
     is_hardware: the encoder is one of a graphics chip, see hardware.py.
     handed: (ours, its) pairs of pixel formats, where the encoder takes another order of samples.
     device: FFmpeg's type of the device that pictures are sent to.
-    little_chroma: few players show its streams with more chroma than 4:2:0.
+    little_chroma: few players can show its streams with more chroma than 4:2:0.
     """
 
     name: str
@@ -250,8 +250,8 @@ def _default_codec(container: str, *, deep: bool, alpha: bool) -> VideoCodec:
 
 
 def codecs_with(fits: Callable[[VideoCodec], bool]) -> str:
-    """The names of the codecs that fit, for messages: "h264, hevc or av1"."""
-    *names, final = (codec.name for codec in CODECS.values() if fits(codec))
+    """The names of the codecs that fit, for messages: "h264, hevc or av1"; "" where none does."""
+    *names, final = [codec.name for codec in CODECS.values() if fits(codec)] or [""]
     return f"{', '.join(names)} or {final}" if names else final
 
 

@@ -29,8 +29,8 @@ class Encoding:
 
     frame_px: of the output; before and after side by side have twice the pixels of the source.
     depth: bits a sample; None: those usual for the codec.  sdr: HDR becomes SDR.
-    note: how the encoder was chosen, where hardware was asked for, and whether few players show
-    what it writes.
+    note: how the encoder was chosen, where hardware was asked for; also a warning where few players
+    can show the output.
     is_opaque: as VideoSource.
     """
 
@@ -70,23 +70,30 @@ def choose_encoding(source: VideoSource, output: Path, settings: Settings) -> En
     note = ""
     if settings.hardware != NONE:
         codec, note = pick_encoder(codec, settings.hardware, _needs(source, depth, settings))
-    note = "; ".join(filter(None, (note, _hardly_played(source, codec, depth))))
+    note = "; ".join(filter(None, (note, _hardly_played(source, container, codec, depth))))
     options = encoder_options(codec, settings.crf, settings.preset)
     frame_px = source.frame_px * (2 if settings.compare else 1)
     sdr, is_opaque = settings.sdr, source.is_opaque
     return Encoding(container, codec, options, frame_px, depth, sdr, note, is_opaque)
 
 
-def _hardly_played(source: VideoSource, codec: VideoCodec, depth: int | None) -> str:
-    """A warning where few players show the output's chroma; none where the source is in the same
-    codec, since it is played then."""
+def _hardly_played(
+    source: VideoSource, container: str, codec: VideoCodec, depth: int | None
+) -> str:
+    """A warning where few players can show the output's chroma, else "". A source in the same codec
+    needs none: its owner presumably has a player for it."""
     context = source.video.codec_context
     name = "rgb24" if source.is_opaque else context.pix_fmt or "yuv420p"
     chroma = _MORE_CHROMA.get(_chroma_of(pick_pix_fmt(name, codec, depth)))
     if chroma is None or not codec.little_chroma or context.codec.name == codec.name:
         return ""
-    fewer = codecs_with(lambda one: not _MORE_CHROMA.keys() & map(_chroma_of, one.pix_fmts))
-    return f"few players show {codec.name} of {chroma}; {fewer} has 4:2:0 alone"
+    others = codecs_with(
+        lambda one: (
+            container in one.containers and not _MORE_CHROMA.keys() & map(_chroma_of, one.pix_fmts)
+        )
+    )
+    hint = f"; {others} is always 4:2:0" if others else ""
+    return f"few players can show {chroma} in {codec.name}{hint}"
 
 
 def _chroma_of(pix_fmt: str) -> tuple[int, int]:

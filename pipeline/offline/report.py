@@ -13,7 +13,8 @@ from makeup_video.pipeline.faces.face import MIN_FACE_PX
 class Report:
     """Counts and times of one run. Seconds are of the wall clock unless the name has "cpu" in it.
 
-    encoder: FFmpeg's name of it.  encoder_note: how it was chosen, where hardware was asked for.
+    encoder: FFmpeg's name of it.  encoder_note: how it was chosen, where hardware was asked for,
+    and a warning where few players can show the output.
     max_pts_error_seconds: the largest distance between a frame's time in the source and in the
     output: 0.0 in mp4 and mov, at most half a millisecond in mkv and webm.
     lost_frames: in the file, but not decodable.

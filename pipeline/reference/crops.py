@@ -54,7 +54,8 @@ class _Crop:
     flatten: Callable[[Face, AffineArray], np.ndarray | None] | None = None
 
 
-# The regions that are read from photos. Each has a net in weights/, reference_NAME.onnx.
+# The regions that are read from photos. Each has a net in weights/, reference_NAME.onnx. That of
+# the eyes is a part of the baseline alone; lid_shimmer.py measures shimmer in its input.
 CROPS = {
     "lips": _Crop((128, 96), (128, 96), 0.9, _lips_middle),
     "eyes": _Crop(

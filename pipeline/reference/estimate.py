@@ -1,10 +1,10 @@
 """Reads a look from a photo: photo -> face -> what is worn -> layers of each kind -> Look.
 
 A net that sees the whole face decides which kinds are worn (read_makeup.py). Colours are measured
-on the photo, beside those of bare faces (fit_lips.py, fit_shadows.py, fit_blush.py), and so is the
-shimmer of lids (lid_shimmer.py). Some of the shine of lips is read by a net, from a crop whose
-light is divided out as in training (crops.py); two small nets read the form of eyeliner, and how
-lipstick shines and fades (read_liner.py, read_lipstick.py).
+on the photo and compared with those of bare faces (fit_lips.py, fit_shadows.py, fit_blush.py). The
+shimmer of lids is measured, too (lid_shimmer.py). One net reads the roughness and the reflection of
+lips, from a crop whose light is divided out as in training (crops.py). Two small nets read the form
+of eyeliner (read_liner.py), and how lipstick shines and fades (read_lipstick.py).
 """
 
 import os
@@ -38,11 +38,12 @@ from makeup_video.pipeline.reference.crops import CROPS, NUMBERS, read_input, re
 from makeup_video.pipeline.reference.fit_blush import fit_blush
 from makeup_video.pipeline.reference.fit_lips import fit_lips
 from makeup_video.pipeline.reference.fit_shadows import fit_shadows
-from makeup_video.pipeline.reference.lid_shimmer import lid_shimmer
+from makeup_video.pipeline.reference.lid_shimmer import lid_shimmer, lids_of
 from makeup_video.pipeline.reference.liner import liner
 from makeup_video.pipeline.reference.lower_line import lower_line
 from makeup_video.pipeline.reference.nets import (
     LINER,
+    LIPS,
     LIPSTICK,
     MAKEUP,
     forget_nets,
@@ -160,13 +161,13 @@ def estimate_photo(
         raise UsageError(f"{option('face')} must be largest, or the number of a face, got {face!r}")
     check_memory(READ_PHOTO)
     try:
-        with loading([MAKEUP, "lips", LINER, LIPSTICK]):
+        with loading([MAKEUP, LIPS, LINER, LIPSTICK]):
             rgb8 = (
                 read(photo, name) if read and isinstance(photo, bytes) else read_photo(photo, name)
             )
             return _estimate_of(rgb8, chosen, photo, name)
     finally:
-        # Painting does not need these nets, nor their 80 MB.
+        # Painting does not need these nets, nor their 50 MB.
         forget_nets()
         give_back_memory()
 
@@ -218,19 +219,12 @@ class _Photo:
     def liner_form(self) -> LinerForm:
         return read_liner(self.rgb8, self.face, self.makeup.worn["eyeshadow"])
 
-    def input(self, region: str) -> np.ndarray | None:
-        """The input of a region's net, a key of CROPS; None when the region cannot be seen."""
-        needed = CROPS[region].needed
-        if needed and not is_inside(self.rgb8, self.face, needed):
-            return None
-        return read_input(RgbPicture(self.rgb8), self.face, region, self.light)
-
 
 def _lipstick(photo: _Photo) -> list[Layer]:
-    crop = photo.input("lips")
+    crop = read_input(RgbPicture(photo.rgb8), photo.face, LIPS, photo.light)
     if crop is None:
         return []
-    net = reference_net("lips")
+    net = reference_net(LIPS)
     lips = product_with(read_numbers(lambda rgb8: net(rgb8)["targets"], crop), "lips")
     seen, form = photo.colours, read_lipstick(photo.rgb8, photo.face)
     probability = photo.makeup.worn["lipstick"]
@@ -238,7 +232,7 @@ def _lipstick(photo: _Photo) -> list[Layer]:
 
 
 def _eyeshadow(photo: _Photo) -> list[Layer]:
-    lids = photo.input("eyes")
+    lids = lids_of(photo.rgb8, photo.face, photo.light)
     if lids is None:
         return []
     seen, probability = photo.colours, photo.makeup.worn["eyeshadow"]

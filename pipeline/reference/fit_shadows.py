@@ -59,18 +59,24 @@ _UNLIKELY_SHARE = 0.6  # what of it is painted where eyeshadow is hardly likely
 # The luminance that powder has at least, since its surface reflects light, too. Without it, a black
 # lid that shuts is a hole.
 _BLACK = 0.0116
-_LIGHT = 0.25  # luminance, as a share of skin's, from which on shimmer does not look like dust
+# Share of typical skin's luminance up to which a product stays matte: shine on it looks like dust.
+_MATTE = 0.25
+# Luminance of the inner end of the lid and of the skin beside it, as a share of the photo's skin:
+# up to the first no shimmer is painted, from the second one on all that was measured. Of three
+# places that were tried, judges preferred rows with shimmer most clearly where this one is light.
+_LIGHT_INSIDE = 0.36, 0.42
+_INSIDE, _LID = 0.35, (0.3, 1.0)  # up to where it goes from the inner corner; between these heights
 # Colours like brow hair, which fade out above the crease.
 _HAIR_DARK = 0.125, 0.25  # shares of skin's luminance: wholly as dark as hair, and a little
 _HAIR_COLD = -15.0  # b* of the bluest of them
 _HAIR_GREEN = -10.0  # a* of the greenest
 _HAIR_VIVID = 35.0  # chroma of the most vivid
 _BROW = 1.1, 1.7  # the heights over which they fade out
-# Luminance of lids, likewise: of those that shimmer a little, and of those that do so wholly.
-_LIGHT_LID = 0.36, 0.42
-_MOST_GLOSS, _SPARKLES = 1.8, 1.4  # of products that shimmer wholly; their sparkles end sooner
-_SHEEN = 0.07  # what is taken off the roots of such a product, for the light that shimmer adds
-_HARDLY = 0.05  # an opacity up to which a layer is not worth painting, and the same of shimmer
+_MOST_GLOSS = 1.8  # gloss of an eyeshadow with a shimmer of 1
+_SPARKLES = 1.4  # sparkles for a shimmer of 1, but never more than the finish "shimmer" has
+_SHEEN = 0.07  # share by which a shimmer of 1 darkens the roots, since its sheen adds light
+_HARDLY = 0.05  # an opacity up to which a layer is not worth painting
+_HARDLY_SHIMMERS = 0.05  # up to this shimmer a layer is matte
 
 
 def fit_shadows(
@@ -100,7 +106,7 @@ def fit_shadows(
     found = replace(found, roots=_no_colder(found, shown, labs_in_photo, skin, neutral.light))
     found = replace(found, densities=_without_brows(found, skin))
     share = likely_share(probability, _ALL_FROM, _UNLIKELY_SHARE)
-    return _layers(found, skin, shimmer * ramp(_light_of_lid(seen), _LIGHT_LID), share)
+    return _layers(found, skin, shimmer * ramp(_light_inside(seen), _LIGHT_INSIDE), share)
 
 
 def _calm(seen: np.ndarray, skin: TypicalSkin, own: np.ndarray) -> np.ndarray:
@@ -227,37 +233,41 @@ def _no_blacker(root: np.ndarray, opacity: float, skin: TypicalSkin) -> tuple[np
     return lighter, min(opacity * before / after, 1.0) if after > 0 else opacity
 
 
-def _light_of_lid(seen: np.ndarray) -> float:
-    """Of flat eyes (27, 48, 3): the luminance in the middle of the lid, as a share of skin's."""
-    above, beside = heights(True), np.abs(flat_places()[0])
-    there = np.ix_((above > 0.3) & (above < 1), beside < 0.35)
+def _light_inside(seen: np.ndarray) -> float:
+    """Of flat eyes (27, 48, 3): the median luminance around the inner end of the lid, as a share of
+    skin's."""
+    above, from_corner = heights(True), np.abs(flat_places()[0])
+    low, high = _LID
+    there = np.ix_((above > low) & (above < high), from_corner < _INSIDE)
     return float(np.median((seen**2 @ LUMINANCE)[: len(above)][there]))
 
 
 def _layers(found: Spread, skin: TypicalSkin, shimmer: float, share: float) -> list[Layer]:
-    """shimmer: of all that is not dark.  share: of all opacities."""
+    """shimmer: 0..1, of products above the eye that are not dark.  share: what is painted of each
+    opacity."""
     layers = []
     for at, density in enumerate(found.densities):
         root, opacity = _no_blacker(found.roots[at], float(found.opacities[at]), skin)
         if opacity <= _HARDLY:
             continue
-        is_light = root**2 @ LUMINANCE > _LIGHT
-        shines = shimmer if is_light else 0.0
+        slot = slot_of(density)
+        shines = shimmer if root**2 @ LUMINANCE > _MATTE and slot != "under" else 0.0
         worn = shimmering(skin.codes(root * (1 - _SHEEN * shines)), shines)
-        shape = {"slot": slot_of(density), "map": to_text(density)}
+        shape = {"slot": slot, "map": to_text(density)}
         layers.append(Layer("eyeshadow", replace(worn, opacity=round(share * opacity, 3)), shape))
     return layers
 
 
 def shimmering(rgb: tuple[float, float, float], shimmer: float) -> GraphicsParams:
-    """An eyeshadow of a colour, codes 0..255, that shimmers by so much, 0..1; matte where that is
-    hardly seen."""
-    if shimmer <= _HARDLY:
+    """An eyeshadow of a colour, codes 0..255, with this much shimmer, 0..1; matte where so little
+    would hardly be seen."""
+    if shimmer <= _HARDLY_SHIMMERS:
         return product(rgb, "matte", "eyes")
     worn = product(rgb, "shimmer", "eyes")
     return replace(
         worn,
         gloss=round(_MOST_GLOSS * shimmer, 3),
+        reflection=round(worn.reflection * shimmer, 3),
         shimmer=round(min(_SPARKLES * shimmer, worn.shimmer), 3),
-        shimmer_size=0.0,  # larger sparkles look like crumbs
+        shimmer_size=0.0,  # larger sparkles look like stray dots
     )

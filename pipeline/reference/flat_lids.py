@@ -1,4 +1,4 @@
-"""Lays both lids flat, as the input of the reference net: every zone always has the same place.
+"""Lays both lids flat, for the reference net and for lid_shimmer.py: every zone has its place.
 
 Lids are thin, and their height differs from face to face: in a plain crop a net spends its capacity
 on finding them. Here a row is a height between lash line, crease and fold, as in the eyeshadow's
@@ -21,6 +21,10 @@ _HIGHEST = 2.2  # height of the first row: lash line 0, crease 1, fold 2
 _LOWEST = 0.5  # of the last row below the lash line, in widths of the eye
 _APART = 1.9 / 39  # of the eye's width: least distance of the curves, as in the net's training
 _OUT = (-0.72, 0.92)  # place of the first and the last column: inner corner -0.5, outer corner 0.5
+# Of one eye: heights above the lash line, distances below it, and places across.
+_UP = np.linspace(_HIGHEST, 0, _ABOVE)
+_DOWN = np.linspace(0, _LOWEST, FLAT_WH[1] - _ABOVE + 1)[1:]
+_ACROSS = np.linspace(*_OUT, FLAT_WH[0] // 2)
 
 
 def flat_lids(face: Face, to_crop: AffineArray) -> np.ndarray | None:
@@ -40,15 +44,14 @@ def flat_lids(face: Face, to_crop: AffineArray) -> np.ndarray | None:
 
 
 def flat_heights() -> np.ndarray:
-    """(64,) the heights of the rows: lash line 0, crease 1, fold 2; negative below the lashes."""
-    down = np.linspace(0, _LOWEST, FLAT_WH[1] - _ABOVE + 1)[1:]
-    return np.concatenate([np.linspace(_HIGHEST, 0, _ABOVE), -down])
+    """(64,) the height of each row: lash line 0, crease 1, fold 2. Below the lash line, minus the
+    distance from it in widths of the eye."""
+    return np.concatenate([_UP, -_DOWN])
 
 
 def flat_places_across() -> np.ndarray:
     """(160,) the places of the columns across their eye: inner corner -0.5, outer corner 0.5."""
-    right = np.linspace(*_OUT, FLAT_WH[0] // 2)
-    return np.concatenate([right[::-1], right])
+    return np.concatenate([_ACROSS[::-1], _ACROSS])
 
 
 def _places(grid: Grid, curves: np.ndarray) -> np.ndarray:
@@ -59,16 +62,13 @@ def _places(grid: Grid, curves: np.ndarray) -> np.ndarray:
     lash, crease, fold = curves
     crease = np.minimum(crease, lash - _APART / LID_STEP)
     fold = np.minimum(fold, crease - _APART / LID_STEP)
-    columns = np.linspace(
-        (_OUT[0] - LID_LEFT) / LID_STEP, (_OUT[1] - LID_LEFT) / LID_STEP, FLAT_WH[0] // 2
-    )
+    columns = (_ACROSS - LID_LEFT) / LID_STEP
     lash, crease, fold = (
         np.interp(columns, np.arange(SIZE_WH[0]), curve) for curve in (lash, crease, fold)
     )
-    up = np.linspace(_HIGHEST, 0, _ABOVE)[:, None]
+    up = _UP[:, None]
     above = np.where(up < 1, lash - up * (lash - crease), crease - (up - 1) * (crease - fold))
-    down = np.linspace(0, _LOWEST / LID_STEP, FLAT_WH[1] - _ABOVE + 1)[1:, None]
-    y = np.concatenate([above, lash + down])
+    y = np.concatenate([above, lash + _DOWN[:, None] / LID_STEP])
     on_grid = np.stack([np.broadcast_to(columns, y.shape), y, np.ones_like(y)])
     places: np.ndarray = np.einsum("ij,jhw->ihw", grid.to_px, on_grid)
     return places

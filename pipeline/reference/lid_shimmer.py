@@ -1,37 +1,60 @@
-"""Measures how much the upper lids of a photo shimmer: by how far fine highlights stand out.
+"""Measures how much the upper lids of a photo shimmer: how far fine highlights stand out.
 
-On lids the light of powder is even, while what shimmers has bright specks and edges. They are
-compared with the lid around them and with the lid as a whole, or the gaps between dark lashes would
-count.
+Light on matte powder is even, while shimmer has bright specks and edges. A speck has to be brighter
+than both the lid around it and the lid as a whole; otherwise the gaps between dark lashes would
+count as specks.
 """
 
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import SRGB, to_linear
+from makeup_video.pipeline.faces.face import Face, iod_px, resized
+from makeup_video.pipeline.frames.views import RgbPicture
+from makeup_video.pipeline.reference.checks import is_inside
+from makeup_video.pipeline.reference.crops import CROPS, read_input
 from makeup_video.pipeline.reference.flat_lids import flat_heights, flat_places_across
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE
+from makeup_video.pipeline.render.scene import SceneLight
+
+# Larger photos are averaged down to this distance of the outer eye corners, so that what counts as
+# fine does not depend on a photo's size. It is that of the crop from which lids are laid flat.
+_IOD_PX = 124.0
 
 _HEIGHTS = 0.25, 1.8  # of the skin that counts: lash line 0, crease 1, fold 2
-_BESIDE = 0.42  # how far from the eye's middle it goes on, in widths of the eye
-_FINE_PX = 1.5  # sigma of the blur that takes what is fine away
-_DARK = 0.01  # light, linear, below which differences do not count
+_BESIDE = 0.42  # the skin that counts ends so far beside the eye's middle, in widths of the eye
+_FINE_PX = 1.5  # sigma of the blur that removes fine highlights
+_DARK = 0.01  # linear light added before the logarithm, so that noise in the dark hardly counts
 _PERCENTILE = 95
-# What is measured, in logarithms of light, and how strong the shimmer is that is painted for it: by
-# what people say of the lids of photos, and of painted ones.
-_MEASURED = (0.12, 0.2, 0.3)
-_SHIMMER = (0.0, 0.4, 1.0)
+# From what fine_highlights measures to the shimmer that is painted: chosen by what people say of
+# lids in photos, and of painted ones.
+_MEASURED = (0.09, 0.13, 0.19, 0.24)
+_SHIMMER = (0.0, 0.25, 0.5, 1.0)
+
+
+def lids_of(rgb8: np.ndarray, face: Face, light: SceneLight) -> np.ndarray | None:
+    """Both lids laid flat, in neutral light: (64, 160, 3) uint8, R'G'B', as of flat_lids.
+
+    rgb8: (H, W, 3) uint8, R'G'B'.  None for eyes beyond its border, or that cannot be seen.
+    """
+    if not is_inside(rgb8, face, CROPS["eyes"].needed):
+        return None
+    scale = _IOD_PX / iod_px(face)
+    if scale < 1:
+        rgb8 = cv2.resize(rgb8, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+        face = resized(face, scale, scale)
+    return read_input(RgbPicture(rgb8), face, "eyes", light)
 
 
 def lid_shimmer(lids: np.ndarray) -> float:
     """How strong the shimmer of eyeshadow is, 0..1.
 
-    lids: (64, 160, 3) uint8, R'G'B', both lids laid flat, as of flat_lids.
+    lids: (64, 160, 3) uint8, as of lids_of.
     """
     return float(np.interp(fine_highlights(lids), _MEASURED, _SHIMMER))
 
 
 def fine_highlights(lids: np.ndarray) -> float:
-    """By how much fine highlights are brighter than the lid, in logarithms of light.
+    """How much brighter than the lid its brightest twentieth is at least, in natural logarithms.
 
     lids: as of lid_shimmer.
     """

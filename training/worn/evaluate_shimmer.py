@@ -2,17 +2,16 @@
 
     python -m makeup_video.training.worn.evaluate_shimmer --looks DIR...
 
-The folders have the photos that shimmer_of_looks.csv names: people with makeup. Two people said of
-each how much its upper lids shine (means): 0 matte, 1 satin, 2 shimmer or metal, 3 glitter.
+The folders have the photos of people with makeup that shimmer_of_looks.csv names. Two people rated
+how much the upper lids shimmer in each: 0 matte, 1 satin, 2 shimmer or metal, 3 glitter. The file
+has the means.
 """
 
 import argparse
 from pathlib import Path
 
 import numpy as np
-from makeup_video.pipeline.frames.views import RgbPicture
-from makeup_video.pipeline.reference.crops import read_input
-from makeup_video.pipeline.reference.lid_shimmer import fine_highlights
+from makeup_video.pipeline.reference.lid_shimmer import fine_highlights, lids_of
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.training.inputs import existing
 from makeup_video.training.worn.real_photos import estimated
@@ -20,15 +19,14 @@ from makeup_video.training.worn.scores import agreement
 from makeup_video.training.worn.table import photos_of
 
 _LABELS = Path(__file__).with_name("shimmer_of_looks.csv")
-_CLEARLY = 1.5  # from here on a lid clearly shimmers
+_CLEARLY = 1.5  # a mean from which on at least one of the two called the lids shimmering
 
 
 def evaluate(folders: list[Path]) -> str:
     labels = photos_of(_LABELS, folders)
     seen, measured, painted = [], [], []
     for path, photo, one in estimated(list(labels)):
-        light = photo_light(photo.rgb8, photo.face)
-        lids = read_input(RgbPicture(photo.rgb8), photo.face, "eyes", light)
+        lids = lids_of(photo.rgb8, photo.face, photo_light(photo.rgb8, photo.face))
         if lids is not None:
             seen.append(float(labels[path]["shimmer"]))
             measured.append(fine_highlights(lids))

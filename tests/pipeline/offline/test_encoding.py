@@ -1,4 +1,4 @@
-"""What a video is encoded as: where few players would show it, a line says so."""
+"""How a video is encoded; a warning where few players can show the output."""
 
 import pytest
 from makeup_video.pipeline import Settings, process_video
@@ -6,18 +6,23 @@ from media import make_clip
 
 
 @pytest.mark.parametrize(
-    ("codec", "pix_fmt", "settings", "notes"),
+    ("codec", "pix_fmt", "out", "settings", "notes"),
     [
-        ("ffv1", "yuv444p12le", {}, ["few players show hevc of 4:4:4; av1 has 4:2:0 alone"]),
-        ("ffv1", "yuv422p10le", {}, ["few players show hevc of 4:2:2; av1 has 4:2:0 alone"]),
-        ("ffv1", "yuv422p", {}, ["few players show h264 of 4:2:2; av1 has 4:2:0 alone"]),
-        ("ffv1", "yuv420p10le", {}, []),
-        ("h264", "yuv422p", {}, []),  # whoever has it plays it
-        ("ffv1", "yuv444p", {"codec": "av1"}, []),
+        ("ffv1", "yuv444p12le", "out.mp4", {}, ["4:4:4 in hevc; av1 is always 4:2:0"]),
+        ("ffv1", "yuv422p10le", "out.mp4", {}, ["4:2:2 in hevc; av1 is always 4:2:0"]),
+        ("ffv1", "yuv422p", "out.mkv", {}, ["4:2:2 in h264; av1 is always 4:2:0"]),
+        ("prores", "yuv422p10le", "out.mov", {}, ["4:2:2 in hevc"]),  # which holds no av1
+        ("ffv1", "yuv420p10le", "out.mp4", {}, []),
+        ("h264", "yuv422p", "out.mp4", {}, []),  # the source is H.264 in 4:2:2 itself
+        ("ffv1", "yuv444p", "out.mp4", {"codec": "av1"}, []),
+        ("ffv1", "yuv422p10le", "out.mov", {"codec": "prores"}, []),
     ],
 )  # fmt: skip
-def test_a_line_says_where_few_players_show_it(tmp_path, codec, pix_fmt, settings, notes):
+def test_a_line_says_where_few_players_can_show_the_output(
+    tmp_path, codec, pix_fmt, out, settings, notes
+):
     src = make_clip(tmp_path / "in.mkv", codec=codec, pix_fmt=pix_fmt, frames=2)
-    report = process_video(src, tmp_path / "out.mp4", None, Settings(**settings))
-    said = [line.removeprefix("encoder: ") for line in report.warnings() if "players" in line]
+    report = process_video(src, tmp_path / out, None, Settings(**settings))
+    begin = "encoder: few players can show "
+    said = [line.removeprefix(begin) for line in report.warnings() if line.startswith(begin)]
     assert said == notes

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from makeup_video.kernels.colour import SRGB, to_linear
 from makeup_video.pipeline import Look, apply_look, product
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.look.ciede2000 import lab_of, linear_of_lab
+from makeup_video.pipeline.look.finishes import in_words
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import rgb_of_hex
 from makeup_video.pipeline.reference import fit_shadows as shadows
@@ -201,7 +203,7 @@ def painted_lids(rgb):
 
 @settings(max_examples=10, deadline=None)
 @given(st.floats(0.1, 1))
-def test_light_lids_that_glitter_shimmer_in_a_deeper_colour(shimmer):
+def test_shimmer_on_light_lids_has_a_deeper_colour(shimmer):
     neutral = painted_lids((120, 190, 200))
     flat = flat_eyes(neutral)
     matte, shining = (fit_shadows(neutral, flat, shimmer=one) for one in (0.0, shimmer))
@@ -210,9 +212,9 @@ def test_light_lids_that_glitter_shimmer_in_a_deeper_colour(shimmer):
     for before, after in zip(matte, shining, strict=True):
         assert after.whole_shape == before.whole_shape
         assert after.product.opacity == before.product.opacity
-        deeper = [getattr(after.product, name) for name in ("red", "green", "blue")]
-        lighter = [getattr(before.product, name) for name in ("red", "green", "blue")]
-        assert np.less_equal(deeper, lighter).all()
+        deeper, lighter = (np.array(rgb_of_hex(one.product.hex)) for one in (after, before))
+        assert (deeper <= lighter).all()
+        assert (deeper < lighter).any() == (after.product.shimmer > 0)
 
 
 @settings(max_examples=10, deadline=None)
@@ -224,8 +226,52 @@ def test_dark_lids_stay_matte(shimmer):
     assert layers and all(one.product.shimmer == one.product.gloss == 0 for one in layers)
 
 
+def test_shimmer_is_painted_where_the_inner_lid_is_light():
+    neutral = painted_lids((120, 190, 200))
+    flat = flat_eyes(neutral)
+    across, _ = flat_places()
+    dark_inside, dark_outside = flat.copy(), flat.copy()
+    dark_inside[:, across < 0.4] *= 0.3
+    dark_outside[:, across > 0.6] *= 0.3
+    assert not shines(fit_shadows(neutral, dark_inside, shimmer=1.0))
+    layers = fit_shadows(neutral, dark_outside, shimmer=1.0)
+    assert shines(layers) and not shines([one for one in layers if luminance(one) < 0.03])
+
+
+def test_no_eyeshadow_below_the_eye_shimmers():
+    neutral = painted_lids((120, 190, 200))
+    layers = fit_shadows(neutral, flat_eyes(neutral), shimmer=1.0)
+    below = np.full((27, 24), 0.0)
+    below[18:] = 0.8
+    spread = Spread(np.full((1, 3), 0.9), below[None], np.array([0.8]))
+    skin = TypicalSkin.of(neutral, 1.0)
+    assert shines(layers)
+    assert not shines(shadows._layers(spread, skin, 1.0, 1.0))
+
+
+def shines(layers):
+    return any(one.product.shimmer > 0 for one in layers)
+
+
+def luminance(layer):
+    return float(to_linear(np.array(rgb_of_hex(layer.product.hex)) / 255, SRGB) @ LUMINANCE)
+
+
 @given(st.floats(0, 1), st.floats(0, 1))
 def test_the_more_an_eyeshadow_shimmers_the_more_it_shines(one, other):
     less, more = (shimmering((120, 190, 200), each) for each in sorted((one, other)))
     assert less.gloss <= more.gloss and less.shimmer <= more.shimmer
+    assert less.reflection <= more.reflection <= 0.05
     assert (less.red, less.green, less.blue) == (120, 190, 200) == (more.red, more.green, more.blue)
+
+
+def test_shimmer_goes_from_matte_to_a_broad_sheen():
+    matte, most = (shimmering((120, 190, 200), each) for each in (0.0, 1.0))
+    assert matte == product((120, 190, 200), "matte", "eyes")
+    assert most.gloss > 1.5 and most.shimmer > 0.5
+
+
+@given(st.floats(0.08, 1), st.floats(0.05, 1))
+def test_eyeshadow_that_shimmers_is_called_shimmering(shimmer, opacity):
+    worn = replace(shimmering((120, 190, 200), shimmer), opacity=opacity)
+    assert in_words(worn, "eyes").split(",")[0] in ("shimmering", "metallic")

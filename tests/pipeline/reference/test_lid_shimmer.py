@@ -1,15 +1,20 @@
 """Shimmer on lids that are laid flat: bright specks count, even light and dark lashes do not."""
 
+import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from makeup_video.pipeline.faces.face import moved, resized
 from makeup_video.pipeline.reference.flat_lids import (
     FLAT_WH,
     flat_heights,
     flat_places_across,
 )
-from makeup_video.pipeline.reference.lid_shimmer import fine_highlights, lid_shimmer
+from makeup_video.pipeline.reference.lid_shimmer import fine_highlights, lid_shimmer, lids_of
+from makeup_video.pipeline.reference.photo_light import photo_light
+from people import portrait
+from reference_photos import face
 
 WIDE, HIGH = FLAT_WH
 COLOURS = st.tuples(*[st.integers(40, 200)] * 3)
@@ -33,7 +38,7 @@ def test_even_lids_are_matte(rgb):
 
 @given(COLOURS, st.integers(0, 255))
 def test_soft_light_is_no_shimmer(rgb, more):
-    """As on a lid that is a ball: brightest in its middle."""
+    """Such light is brightest in the middle of the lid, as on a ball."""
     across = np.exp(-np.square(flat_places_across() / 0.3))
     down = np.exp(-np.square((flat_heights() - 0.6) / 0.5))
     lit = even(rgb) + more * (down[:, None] * across)[..., None]
@@ -65,11 +70,34 @@ def test_specks_beside_the_lids_do_not_count():
     assert lid_shimmer(lids) == 0
 
 
-@given(st.integers(0, 2**32 - 1))
-def test_any_picture_has_a_shimmer_in_range(seed):
-    lids = np.random.default_rng(seed).integers(0, 256, (HIGH, WIDE, 3), np.uint8)
-    assert 0 <= lid_shimmer(lids) <= 1
-    assert lid_shimmer(lids[:, ::-1]) == pytest.approx(lid_shimmer(lids), abs=0.05)
+@given(COLOURS, st.integers(0, 2**32 - 1), st.floats(0, 0.3))
+def test_a_mirrored_photo_shimmers_as_much(rgb, seed, share):
+    lids = with_specks(even(rgb), (235, 230, 225), share, seed)
+    assert fine_highlights(lids[:, ::-1]) == pytest.approx(fine_highlights(lids), abs=1e-5)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(0.7, 2.5))
+def test_a_larger_photo_shimmers_as_much(scale):
+    rgb8 = portrait().copy()
+    rgb8[np.random.default_rng(0).random(rgb8.shape[:2]) < 0.05] = 255
+    large, found = (enlarged(rgb8, face(), 2 * more) for more in (1, scale))
+    light = photo_light(*large)
+    one, other = (fine_highlights(lids_of(*each, light)) for each in (large, found))
+    assert one > 0.05 and other == pytest.approx(one, rel=0.1)
+
+
+def enlarged(rgb8, seen, scale):
+    larger = cv2.resize(rgb8, None, fx=scale, fy=scale, interpolation=cv2.INTER_LINEAR)
+    return larger, resized(seen, scale, scale)
+
+
+def test_lids_beyond_the_border_or_of_no_width_are_not_read():
+    light = photo_light(portrait(), face())
+    assert lids_of(portrait(), face(), light).shape == (HIGH, WIDE, 3)
+    for shift in (3000.0, -3000.0):
+        beyond = moved(face(), np.array([[1, 0, shift], [0, 1, 0]]))
+        assert lids_of(portrait(), beyond, light) is None
 
 
 def test_rows_and_columns_are_those_of_flat_lids():

@@ -139,14 +139,30 @@ def test_lids_lie_on_a_ball(degrees):
         assert crease < middle - 0.1 < lashes - 0.2
 
 
-def test_lids_of_a_face_that_looks_straight_face_up_a_little():
+def test_lids_of_a_face_from_the_front_face_up_a_little():
     for lid in lid_surfaces(found_face()):
         lashes, middle, _ = facing(lid)
         assert -0.4 < middle < 0 < lashes
 
 
+def test_skin_below_the_eye_does_not_turn_in_a_blink():
+    """As the eye shuts, its upper lashes come down to the lower ones."""
+    _, points = close_up()
+    shut = points.copy()
+    for eye in (EYE, RIGHT_EYE):
+        upper, lower = eye[[13, 12, 11]], eye[[3, 4, 5]]
+        shut[upper] = points[lower] - (0, 1)
+    for before, after in zip(
+        lid_surfaces(true_face(points)), lid_surfaces(true_face(shut)), strict=True
+    ):
+        under = (before.below_px > 3) & (after.below_px > 3)
+        under[:, np.abs(OUTWARDS) > 0.4] = False
+        assert under.sum() > 20
+        np.testing.assert_allclose(after.normals[1][under], before.normals[1][under], atol=0.1)
+
+
 def facing(lid):
-    """How far a lid faces down, at its lashes, in its middle and in its crease."""
+    """How far a lid faces down: at its lashes, in its middle and at its crease."""
     above_pupil = np.abs(OUTWARDS) < 0.3
     up, down = lid.up[:, above_pupil], lid.normals[1][:, above_pupil]
     return [down[np.abs(up - height) < 0.15].mean() for height in (0, 0.5, 1)]
