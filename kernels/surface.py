@@ -85,8 +85,8 @@ LID_TURNS = tuple(round((out - LID_LEFT) / LID_STEP) for out in (-0.5, 0.56))
 # The mesh's lids face down, and so does the skin up to the brow; but a lid lies on a ball. So
 # LID_LEAN is subtracted from the slope above the eye, and LID_ROUNDNESS times the height below the
 # lid's middle is added, so lashes face down and the crease up. That goes on to the height
-# LID_ROUND_TO: if skin faced the light again, it would have a second highlight. To the slope below
-# the lower lash line LID_BELOW is added.
+# LID_ROUND_TO: if skin faced the light again, it would have a second highlight. Skin below the
+# lower lash line does not lie on the ball: there LID_BELOW alone is added, whatever the lids do.
 LID_LEAN, LID_ROUNDNESS, LID_ROUND_TO, LID_BELOW = 0.6, 1.0, 1.5, 0.4
 # Where a lid's light is averaged: heights (lash line 0, crease 1), distance from the middle.
 LID_LIGHT_FROM, LID_LIGHT_TO, LID_LIGHT_BESIDE = 0.15, 1.25, 0.55

@@ -26,7 +26,7 @@ _COVERS = (
     (0.0, "very light coverage"),
 )  # fmt: skip
 _SHEER_TO = 0.6  # opacity from which on no product is called sheer
-_HARDLY_SHIMMERS = 0.1  # fewer sparkles than that are not named
+_HARDLY_SPARKLES = 0.1  # with more of them, what is put into words shimmers or is metallic
 _BY_ROOT = "gloss", "reflection"  # numbers whose roots are compared
 
 
@@ -76,7 +76,7 @@ def _finish_seen(params: GraphicsParams, part: str) -> str:
     names = [
         name
         for name, parts in FINISHES.items()
-        if (params.shimmer > _HARDLY_SHIMMERS) == (parts[part]["shimmer"] > 0)
+        if (params.shimmer > _HARDLY_SPARKLES) == (parts[part]["shimmer"] > 0)
         and (name != "sheer" or params.opacity < _SHEER_TO)
     ]
     seen = ("opacity", "gloss", "gloss_roughness")

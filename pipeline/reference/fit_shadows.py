@@ -76,7 +76,7 @@ _MOST_GLOSS = 1.8  # gloss of an eyeshadow with a shimmer of 1
 _SPARKLES = 1.4  # sparkles for a shimmer of 1, but never more than the finish "shimmer" has
 _SHEEN = 0.07  # share by which a shimmer of 1 darkens the roots, since its sheen adds light
 _HARDLY = 0.05  # an opacity up to which a layer is not worth painting
-_HARDLY_SHIMMERS = 0.05  # up to this shimmer a layer is matte
+_HARDLY_SHIMMERS = 0.075  # up to this shimmer a layer is matte
 
 
 def fit_shadows(

@@ -16,10 +16,10 @@ from makeup_video.pipeline.reference.flat_lids import flat_heights, flat_places_
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE
 from makeup_video.pipeline.render.scene import SceneLight
 
-# Larger photos are averaged down to this distance of the outer eye corners, so that what counts as
-# fine does not depend on a photo's size. It is that of the crop from which lids are laid flat.
-_IOD_PX = 124.0
-
+_EYES = CROPS["eyes"]
+# The distance of the outer eye corners in the crop of the eyes. Larger photos are averaged down to
+# it, so that what counts as fine does not depend on a photo's size.
+_IOD_PX = _EYES.crop_wh[0] / _EYES.span
 _HEIGHTS = 0.25, 1.8  # of the skin that counts: lash line 0, crease 1, fold 2
 _BESIDE = 0.42  # the skin that counts ends so far beside the eye's middle, in widths of the eye
 _FINE_PX = 1.5  # sigma of the blur that removes fine highlights
@@ -36,7 +36,7 @@ def lids_of(rgb8: np.ndarray, face: Face, light: SceneLight) -> np.ndarray | Non
 
     rgb8: (H, W, 3) uint8, R'G'B'.  None for eyes beyond its border, or that cannot be seen.
     """
-    if not is_inside(rgb8, face, CROPS["eyes"].needed):
+    if not is_inside(rgb8, face, _EYES.needed):
         return None
     scale = _IOD_PX / iod_px(face)
     if scale < 1:

@@ -271,7 +271,7 @@ def test_shimmer_goes_from_matte_to_a_broad_sheen():
     assert most.gloss > 1.5 and most.shimmer > 0.5
 
 
-@given(st.floats(0.08, 1), st.floats(0.05, 1))
+@given(st.floats(0.076, 1), st.floats(0.05, 1))
 def test_eyeshadow_that_shimmers_is_called_shimmering(shimmer, opacity):
     worn = replace(shimmering((120, 190, 200), shimmer), opacity=opacity)
     assert in_words(worn, "eyes").split(",")[0] in ("shimmering", "metallic")

@@ -92,7 +92,7 @@ def enlarged(rgb8, seen, scale):
     return larger, resized(seen, scale, scale)
 
 
-def test_lids_beyond_the_border_or_of_no_width_are_not_read():
+def test_lids_beyond_the_border_are_not_read():
     light = photo_light(portrait(), face())
     assert lids_of(portrait(), face(), light).shape == (HIGH, WIDE, 3)
     for shift in (3000.0, -3000.0):
