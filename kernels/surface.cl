@@ -243,8 +243,8 @@ EIGHT_STEP void surface_lid_column(int x, float step_px, __global float *scratch
     float lower_slope = surface_slope(lower, x, LID_WIDE, 1.0f);
     /* beyond the corners, where the curves end, the surface stays turned as just inside them */
     int turn = x < LID_TURN_FROM ? LID_TURN_FROM : x > LID_TURN_TO ? LID_TURN_TO : x;
-    float below = (z[turn + 2 * CREASE_LINE * PATCH_WIDE] - z[turn]) /
-                  eight_min(creases[turn] - y[turn], -1.0f);
+    float fall = (z[turn + 2 * CREASE_LINE * PATCH_WIDE] - z[turn]) /
+                 eight_min(creases[turn] - y[turn], -1.0f);
     out[LASH * PATCH_WIDE] = at_lash;
     out[CREASE * PATCH_WIDE] = crease;
     out[FOLD * PATCH_WIDE] = fold;
@@ -252,7 +252,7 @@ EIGHT_STEP void surface_lid_column(int x, float step_px, __global float *scratch
     out[PER_LASH * PATCH_WIDE] = 1.0f / (at_lash - crease);
     out[PER_CREASE * PATCH_WIDE] = 1.0f / (crease - fold);
     out[PER_FOLD * PATCH_WIDE] = (2.0f - LID_FOLD_UP) / (fold - brow);
-    out[BELOW * PATCH_WIDE] = eight_clamp(below, -LID_STEEPEST, LID_STEEPEST);
+    out[FALL * PATCH_WIDE] = eight_clamp(fall, -LID_STEEPEST, LID_STEEPEST);
     out[ACROSS * PATCH_WIDE] = eight_clamp(
         surface_slope(z + 2 * CREASE_LINE * PATCH_WIDE, turn, LID_WIDE, 1.0f), -LID_STEEPEST,
         LID_STEEPEST);
@@ -379,9 +379,9 @@ EIGHT_STEP void surface_lid_pixels(int x, int y, __global float *scratch, __glob
     up = ring < 2.0f ? up : LID_FOLD_UP + above_fold * EIGHT(column + PER_FOLD * PATCH_WIDE);
     float8 gx = EIGHT(column + ACROSS * PATCH_WIDE);
     /* a lid lies on a ball: see LID_LEAN in surface.py */
-    float8 round = eight_clamp8(0.5f - ring, 0.5f - LID_ROUND_TO, 0.5f);
-    float8 turned = LID_ROUNDNESS * round - LID_LEAN;
-    float8 gy = EIGHT(column + BELOW * PATCH_WIDE) + turned +
+    float8 turned =
+        LID_ROUNDNESS * eight_clamp8(0.5f - ring, 0.5f - LID_ROUND_TO, 0.5f) - LID_LEAN;
+    float8 gy = EIGHT(column + FALL * PATCH_WIDE) + turned +
                 (LID_BELOW - turned) * eight_clamp8(below_lower, 0.0f, 1.0f);
     float8 shrink = surface_shrink8(gx, gy);
     float8 beside = LID_LEFT + LID_STEP * ((float)x + ROW8);

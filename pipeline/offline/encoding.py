@@ -83,9 +83,11 @@ def _hardly_played(
     """A warning where few players can show the output's chroma, else "". A source in the same codec
     needs none: its owner presumably has a player for it."""
     context = source.video.codec_context
+    if not codec.little_chroma or context.codec.name == codec.name:
+        return ""
     name = "rgb24" if source.is_opaque else context.pix_fmt or "yuv420p"
     chroma = _MORE_CHROMA.get(_chroma_of(pick_pix_fmt(name, codec, depth)))
-    if chroma is None or not codec.little_chroma or context.codec.name == codec.name:
+    if chroma is None:
         return ""
     others = codecs_with(
         lambda one: (

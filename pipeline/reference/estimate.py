@@ -225,7 +225,7 @@ def _lipstick(photo: _Photo) -> list[Layer]:
     if crop is None:
         return []
     net = reference_net(LIPS)
-    lips = product_with(read_numbers(lambda rgb8: net(rgb8)["targets"], crop), "lips")
+    lips = product_with(read_numbers(lambda rgb8: net(rgb8)["targets"], crop), LIPS)
     seen, form = photo.colours, read_lipstick(photo.rgb8, photo.face)
     probability = photo.makeup.worn["lipstick"]
     return [fit_lips(seen.neutral, seen.lips, lips, seen.flat_lips, form, probability)]

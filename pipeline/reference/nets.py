@@ -8,8 +8,9 @@ from functools import cache
 from makeup_video.pipeline.errors import InstallError
 from makeup_video.pipeline.faces.net import Net
 
-# The nets of the whole face, of the eyes' corners, of the mouth, and of the crop of the lips. That
-# of the crop of the eyes is a part of the baseline alone (training/reference/read_look.py).
+# The nets of the whole face, of the eyes' corners, of the mouth, and of the crop of the lips, whose
+# name is that of its crop. The net of the crop of the eyes is a part of the baseline alone
+# (training/reference/read_look.py).
 MAKEUP, LINER, LIPSTICK, LIPS = "makeup", "liner", "lipstick", "lips"
 _LOADING = threading.Lock()  # no net is loaded twice
 

@@ -169,10 +169,11 @@ def _normals(y: np.ndarray, depth: np.ndarray, ring: np.ndarray) -> np.ndarray:
     columns = np.clip(COLUMNS, LID_TURNS[0], LID_TURNS[1])
     slopes = slopes_along(depth[:, 1], 1)[:, None, columns]
     below_lower = np.clip(_ROWS - y[:, 4, None], 0, 1)
-    y, depth = y[:, :2, columns], depth[:, :2, columns]
-    falls = (depth[:, 1:] - depth[:, :1]) / np.minimum(y[:, 1:] - y[:, :1], -1)
+    lash, crease = y[:, :2, columns].swapaxes(0, 1)
+    lash_depth, crease_depth = depth[:, :2, columns].swapaxes(0, 1)
+    fall = ((crease_depth - lash_depth) / np.minimum(crease - lash, -1))[:, None]
     turned = LID_ROUNDNESS * np.clip(0.5 - ring, 0.5 - LID_ROUND_TO, 0.5) - LID_LEAN
-    gy = np.clip(falls, -LID_STEEPEST, LID_STEEPEST) + turned + (LID_BELOW - turned) * below_lower
+    gy = np.clip(fall, -LID_STEEPEST, LID_STEEPEST) + turned + (LID_BELOW - turned) * below_lower
     gx = np.clip(slopes, -LID_STEEPEST, LID_STEEPEST)
     shrink = 1 / np.sqrt(1 + gx * gx + gy * gy)
     return np.stack([gx * shrink, gy * shrink], axis=1)
