@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from makeup_video.pipeline.errors import InstallError, OutputError, UsageError, option
+from makeup_video.pipeline.files.disk_errors import unwritable
 
 _KINDS = {"bare": "#9aa5b1", "none": "#5b8db8", "product": "#b4002e"}
 _NAMES = {"bare": "bare decode+encode", "none": "--look none", "product": "whole product"}
@@ -81,4 +82,4 @@ def save(figure: Any, target: Path) -> None:
     try:
         figure.savefig(target, format="png", metadata={"Software": None})
     except OSError as error:
-        raise OutputError(f"{target} cannot be written: {error.strerror}") from error
+        raise OutputError(unwritable(target, error, "choose another place")) from error

@@ -169,7 +169,7 @@ def _paint_one(
         painted = _look_for(run, look)
         _make_ready(run, paints=not painted.is_bare and cluster.ray is None)
         with (
-            cluster.workers(settings.jobs, lambda count: None) as workers,
+            cluster.workers(settings.jobs) as workers,
             show_progress(run.quiet) as on_progress,
         ):
             done = process_video(run.source, output, painted, settings, on_progress, workers)

@@ -128,13 +128,14 @@ def batch(
         )
         if cluster.ray is None:
             settle_kernels(quiet)
-        with work.journal, cluster.workers(jobs, local_workers) as workers:
+        with work.journal, cluster.workers(jobs) as remote:
+            workers = remote or local_workers(jobs)
             results = _run(work, settings.overwrite, retry, workers, quiet)
     _print_end(work, results, quiet)
 
 
 def _run(
-    work: "BatchJobs", overwrite: bool, retry: bool, workers: "Sequence[Worker] | None", quiet: bool
+    work: "BatchJobs", overwrite: bool, retry: bool, workers: "Sequence[Worker]", quiet: bool
 ) -> "dict[str, Result]":
     """Do what is left, and write the page. Ctrl-C ends with exit code 130."""
     from makeup_video.cli.progress import show_batch
@@ -143,7 +144,6 @@ def _run(
     from makeup_video.pipeline.batch.plan import plan_batch
     from makeup_video.pipeline.batch.run import run_batch
 
-    assert workers is not None
     check_page(work.page, overwrite=overwrite)
     plan = plan_batch(work.jobs, work.journal, retry=retry, overwrite=overwrite)
     if plan.known and not quiet:

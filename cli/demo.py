@@ -17,7 +17,6 @@ EXAMPLES = (
     "makeup-video demo --ref look.jpg",
     "makeup-video demo me.jpg --look glam",
 )
-_RED = 180, 0, 46  # R'G'B' of the lips to begin with: the README's red
 _WAKE_SECONDS = 0.5  # a Ctrl-C is noticed within this time
 
 
@@ -63,7 +62,7 @@ def _portrait(path: str | None) -> "Portrait":
 
 def _first_look(ref: str | None, look: str | None) -> "Look":
     from makeup_video.cli.look_options import check_sources
-    from makeup_video.pipeline import Look, look_from_photo, product
+    from makeup_video.pipeline import KINDS, Look, look_from_photo, product
     from makeup_video.pipeline.look.ready import load_look
     from makeup_video.web.read_look import check_worn
 
@@ -72,4 +71,4 @@ def _first_look(ref: str | None, look: str | None) -> "Look":
         return check_worn(look_from_photo(ref), ref)
     if look is not None:
         return load_look(look)
-    return Look(lips=product(_RED, "satin"))
+    return Look(lips=product(KINDS["lipstick"].first_rgb, "satin"))

@@ -52,7 +52,7 @@ class _WholeLooks:
         str | None,
         typer.Option(
             metavar="FOLDER",
-            help="Every look file of a folder, or of a pattern such as 'looks/*.json'.",
+            help="Every look file and photo of a folder, or of a pattern such as 'looks/*.json'.",
             rich_help_panel=LOOK,
         ),
     ] = None
@@ -144,7 +144,7 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
     def _check(self) -> None:
         from makeup_video.pipeline import UsageError
 
-        check_ref_face(self.ref_face, self.ref)
+        check_ref_face(self.ref_face, self.ref or self.looks)
         if self.catalogue is None and self.where:
             raise UsageError("--where chooses rows of a catalogue: add --catalogue CSV")
         if self.catalogue is not None and self.color is not None:
@@ -152,16 +152,20 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
 
     def _named(self) -> Iterator[WantedLook]:
         """The looks of files, ready looks and photos."""
-        from makeup_video.pipeline.look.named import look_files
+        from makeup_video.pipeline.look.named import is_photo, look_files
 
-        files = [] if self.looks is None else map(str, look_files(self.looks))
-        for name in self.look or []:
-            yield _at_once({"look": Path(name).stem}, partial(self._load, name))
-        for photo in self.ref or []:
-            fields = {"look": Path(photo).stem}
-            yield WantedLook(fields, partial(self._read, photo), partial(check_photo, photo))
-        for file in files:
-            yield _at_once({"look": Path(file).stem}, partial(self._load, file))
+        found = [] if self.looks is None else look_files(self.looks)
+        yield from map(self._of_file, self.look or [])
+        yield from map(self._of_photo, self.ref or [])
+        for path in found:
+            yield self._of_photo(str(path)) if is_photo(path) else self._of_file(str(path))
+
+    def _of_file(self, name: str) -> WantedLook:
+        return _at_once({"look": Path(name).stem}, partial(self._load, name))
+
+    def _of_photo(self, photo: str) -> WantedLook:
+        fields = {"look": Path(photo).stem}
+        return WantedLook(fields, partial(self._read, photo), partial(check_photo, photo))
 
     def _load(self, name: str) -> "Look":
         from makeup_video.pipeline.look.ready import load_look

@@ -142,17 +142,15 @@ class ClusterOptions:
             raise UsageError("--ship is for a cluster: add --ray ADDRESS, or leave it out")
 
     @contextmanager
-    def workers(
-        self, count: int | None, here: "Callable[[int | None], Sequence[Worker] | None]"
-    ) -> "Iterator[Sequence[Worker] | None]":
-        """So many workers of the cluster while the block lasts, or here(count), of this machine.
+    def workers(self, count: int | None) -> "Iterator[Sequence[Worker] | None]":
+        """So many workers of the cluster while the block lasts; None without --ray.
 
         Raises InstallError without Ray, WorkerError without a cluster.
         """
         from makeup_video.pipeline import InstallError
 
         if self.ray is None:
-            yield here(count)
+            yield None
             return
         try:
             from makeup_video.pipeline.batch import on_ray
@@ -202,12 +200,13 @@ def parse_time(text: str | None, option: str) -> "Fraction | None":
 
     from makeup_video.pipeline import UsageError
 
-    if spoken := _SPOKEN_TIME.fullmatch(text.strip().lower()):
+    time = text.strip().lower()
+    if spoken := _SPOKEN_TIME.fullmatch(time):
         hours, minutes, seconds = (Fraction(part or 0) for part in spoken.groups())
         return 3600 * hours + 60 * minutes + seconds
-    if not re.fullmatch(r"(\d{1,9}:){0,2}\d{1,9}(\.\d{1,9})?", text, re.ASCII):
+    if not re.fullmatch(r"(\d{1,9}:){0,2}\d{1,9}(\.\d{1,9})?", time, re.ASCII):
         raise UsageError(f"{option} must be seconds or [hh:]mm:ss[.fraction], got {text!r}")
-    values = [Fraction(part) for part in text.split(":")]
+    values = [Fraction(part) for part in time.split(":")]
     if any(value >= 60 for value in values[1:]):
         raise UsageError(
             f"{option}: what follows a colon must be below 60, as in 1:30, got {text!r}"

@@ -35,6 +35,9 @@ PRIMARIES = {
 }
 D65 = (0.3127, 0.3290)
 SRGB, PQ, HLG = 13, 16, 18  # ITU-T H.273, 8.2
+HDR_TRANSFERS = {PQ: "PQ", HLG: "HLG"}  # SMPTE ST 2084 and ARIB STD-B67, by name
+BT2020, DISPLAY_P3 = 9, 12  # primaries
+WIDE_PRIMARIES = {BT2020: "BT.2020", DISPLAY_P3: "Display P3"}
 
 # IEC 61966-2-1: the straight part near black, in light and in R'G'B', and its slope
 SRGB_LINEAR_END, SRGB_ENCODED_END, SRGB_SLOPE = 0.0031308, 0.04045, 12.92

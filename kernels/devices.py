@@ -83,8 +83,8 @@ def pick(choice: str = "") -> Any:
     Raises NoDeviceError, NoRoomError, UnknownDeviceError.
     """
     found = devices()
-    if choice.isdecimal():
-        matching = found[int(choice) : int(choice) + 1]
+    if choice.isdecimal() and int(choice) < len(found):
+        matching = [found[int(choice)]]
     else:
         matching = [
             device

@@ -26,6 +26,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, ClassVar
 
 EXIT_DAMAGED_INPUT = 5
+_LAST_OF_THE_SYSTEM = 4096  # error number; FFmpeg's own numbers lie far above
 _ALIKE = 0.7  # of difflib: a word this close to a known one is a mistyped one
 # Characters of Unicode's private use area: file names and option names do not contain them.
 _OPTION = re.compile("\ue000(.*?)\ue001(.*?)\ue001(.*?)\ue002", re.DOTALL)
@@ -96,6 +97,11 @@ def cannot_keep(what: str, lost: str, advice: str = "Leave") -> "StrictError":
 def reason_of(error: Exception) -> str:
     """What the system or FFmpeg says of an error, without numbers and names of files."""
     return getattr(error, "strerror", None) or str(error)
+
+
+def is_of_the_system(error: Exception) -> bool:
+    """True for an error with a number of the system, also where FFmpeg reports it."""
+    return 0 < (getattr(error, "errno", None) or 0) < _LAST_OF_THE_SYSTEM
 
 
 def _in_python(name: str, value: str) -> str:

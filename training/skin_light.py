@@ -15,8 +15,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 from makeup_video.kernels.colour import SRGB, to_linear, to_xyz
+from makeup_video.pipeline.frames.frame import coding_of
 from makeup_video.pipeline.frames.rgb import to_frame
-from makeup_video.pipeline.render.skin_light import skin_of
+from makeup_video.pipeline.render.skin_light import optics_of, read_skin
 from makeup_video.training.inputs import existing
 
 LIGHTNESSES = 30, 85  # CIE L*; swatches beyond are not of skin
@@ -68,8 +69,8 @@ def faces(folder: Path) -> np.ndarray:
     found = []
     for name, points in zip(labels["name"][chosen], labels["points"][chosen], strict=True):
         frame = to_frame(cv2.imread(str(folder / name)))
-        found.append(skin_of(frame, points.astype(np.float32)))
-    return np.array([skin for skin in found if skin is not None])
+        found.append(read_skin(points.astype(np.float32), frame, optics_of(coding_of(frame))))
+    return np.array([skin.log for skin in found if skin is not None])
 
 
 def fit_mean(log_linear: np.ndarray) -> np.ndarray:

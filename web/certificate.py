@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from makeup_video.pipeline.errors import InputError, InstallError, OutputError, UsageError, option
+from makeup_video.pipeline.files.disk_errors import unreadable
 from makeup_video.web.same_origin import is_name
 
 if TYPE_CHECKING:
@@ -47,9 +48,8 @@ def load_context(certificate: str | os.PathLike[str], key: str | None = None) ->
             f"files that belong together, the key without a password"
         ) from error
     except OSError as error:
-        raise InputError(f"{error.filename or certificate} cannot be read: {error.strerror}") from (
-            error
-        )
+        files = certificate if key is None else f"{certificate} or {key}"  # ssl does not say which
+        raise InputError(unreadable(files, error)) from error
     return context
 
 

@@ -71,8 +71,10 @@ class Job:
         )
 
     def brought_back(self, results: "list[Result]") -> "tuple[list[Result], list[int]]":
-        """Return the results of this job as `moved`, and the places of whole outputs."""
-        return results, [at for at, one in enumerate(results) if isinstance(one, Done)]
+        """Return the results of this job on other files, as if on its own, and the places of whole
+        outputs."""
+        named = [one._replace(output=own) for one, own in zip(results, self.outputs, strict=True)]
+        return named, [at for at, one in enumerate(named) if isinstance(one, Done)]
 
     def without(self, results: "list[Result]", at: int, error: MakeupVideoError) -> "list[Result]":
         """Return the results where the output at this place could not be kept."""

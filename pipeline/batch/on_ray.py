@@ -20,7 +20,14 @@ os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
 
 import ray
 from makeup_video.pipeline.batch.ray_greeting import is_cluster
-from makeup_video.pipeline.engine.jobs import WAS_STOPPED, Progress, Result, Task
+from makeup_video.pipeline.engine.jobs import (
+    CORES_PER_JOB,
+    WAS_STOPPED,
+    Progress,
+    Result,
+    Task,
+    jobs_at_once,
+)
 from makeup_video.pipeline.engine.processes import Ended, InProgress, perform
 from makeup_video.pipeline.errors import (
     MakeupVideoError,
@@ -34,7 +41,6 @@ from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.offline.settings import Settings
 from ray.exceptions import RayError, RayTaskError
 
-_CPUS = 2  # one video keeps two cores busy
 _ATTEMPTS = 3  # a job whose machine is lost is tried twice more
 _CONNECT_SECONDS = 8.0
 _PIECE_BYTES = 16_000_000  # of a file that is shipped
@@ -67,7 +73,8 @@ class RemoteJob(Protocol):
         ...
 
     def brought_back(self, result: Any) -> tuple[Any, list[int]]:
-        """The result of this job as `moved`, as if on its own files; places of whole outputs."""
+        """The result of this job `at_full_paths` or as `moved`, as if on its own files; places of
+        whole outputs."""
         ...
 
     def without(self, result: Any, at: int, error: MakeupVideoError) -> Any:
@@ -152,11 +159,8 @@ def ray_workers(count: int | None = None, *, ship: bool = False) -> "list[RayWor
     ship: send inputs and outputs through the cluster, where the machines share no folder.
     """
     sizes = [int(node["Resources"].get("CPU", 0)) for node in ray.nodes() if node["Alive"]]
-    cpus = max(1, min(_CPUS, max(sizes, default=1)))
-    if count is None:
-        count = max(1, sum(size // cpus for size in sizes))
-    if count < 1:
-        raise UsageError(f"{option('jobs')} must be at least 1, got {count}")
+    cpus = max(1, min(CORES_PER_JOB, max(sizes, default=1)))
+    count = jobs_at_once(count, sum(size // cpus for size in sizes))
     files = _SentFiles() if ship else None
     per_machine = max(1, max(sizes, default=1) // cpus)
     return [RayWorker(cpus, files, per_machine) for _ in range(count)]
@@ -182,7 +186,7 @@ class RayWorker:
         """See Worker."""
         if self._stopped:
             raise UsageError(WAS_STOPPED)
-        reason, job = "", job.at_full_paths()
+        reason = ""
         for _ in range(_ATTEMPTS):
             self._check()
             try:
@@ -209,7 +213,8 @@ class RayWorker:
         if self._stopped:
             raise StoppedError
 
-    def _once(self, task: Any, job: RemoteJob, report: Callable[[Any], None]) -> Ended:
+    def _once(self, task: Any, own: RemoteJob, report: Callable[[Any], None]) -> Ended:
+        job = own.at_full_paths()
         pieces = (
             None if self._files is None else self._files.pieces_of(str(job.source), self._check)
         )
@@ -227,16 +232,19 @@ class RayWorker:
                 elif isinstance(message, _Piece):
                     outputs[message.output].append(message.data)
                 elif isinstance(message, Ended):
-                    return _kept(message, job, outputs)
+                    return _kept(message, own, outputs)
         raise RayError("the task ended without a result")
 
 
 def _kept(ended: Ended, job: RemoteJob, outputs: "Sequence[_Arriving]") -> Ended:
-    """What a task ended with, under the job's own names; whole outputs that arrived are kept."""
-    if ended.error is not None or not outputs:
+    """What a task ended with, under the job's own names; whole outputs that arrived are kept.
+
+    outputs: none where the machines share a folder.
+    """
+    if ended.error is not None:
         return ended
     result, whole = job.brought_back(ended.result)
-    for at in whole:
+    for at in whole if outputs else ():
         try:
             outputs[at].keep()
         except MakeupVideoError as error:

@@ -10,16 +10,10 @@ from makeup_video.pipeline.batch.job import Failed, Job, JobProgress, Result
 from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.plan import adopt
 from makeup_video.pipeline.batch.task import do_job
-from makeup_video.pipeline.engine.jobs import Worker, run_jobs
+from makeup_video.pipeline.engine.jobs import CORES_PER_JOB, Worker, jobs_at_once, run_jobs
 from makeup_video.pipeline.engine.machine import cores, free_memory_bytes
 from makeup_video.pipeline.engine.processes import ChildProcess
-from makeup_video.pipeline.errors import (
-    MakeupVideoError,
-    TooLittleMemoryError,
-    UsageError,
-    WorkerError,
-    option,
-)
+from makeup_video.pipeline.errors import MakeupVideoError, TooLittleMemoryError, WorkerError
 from makeup_video.pipeline.files.output_file import part_of
 from makeup_video.pipeline.files.part_file import remove_ended
 
@@ -37,14 +31,10 @@ class BatchEvents(Protocol):
 def local_workers(count: int | None = None) -> list[Worker]:
     """Processes of this machine; None: one for every two cores, fewer where memory is short.
 
-    One video keeps two cores busy. Raises UsageError for less than one.
+    Raises UsageError for less than one.
     """
-    if count is None:
-        by_memory = int(free_memory_bytes() / _JOB_BYTES)
-        count = max(1, min(cores() // 2, by_memory))
-    if count < 1:
-        raise UsageError(f"{option('jobs')} must be at least 1, got {count}")
-    return [ChildProcess() for _ in range(count)]
+    room = min(cores() // CORES_PER_JOB, int(free_memory_bytes() / _JOB_BYTES))
+    return [ChildProcess() for _ in range(jobs_at_once(count, room))]
 
 
 def run_batch(
@@ -90,9 +80,7 @@ class _Run:
     def end(self, job: Job, outcome: list[Result] | MakeupVideoError) -> None:
         if isinstance(outcome, MakeupVideoError):
             outcome = [Failed(output, outcome) for output in job.outputs]
-        # another machine names the files by their full paths, or by those of its own copies
-        named = [one._replace(output=name) for one, name in zip(outcome, job.outputs, strict=True)]
-        settled = [self._settled(job, at, result) for at, result in enumerate(named)]
+        settled = [self._settled(job, at, result) for at, result in enumerate(outcome)]
         results = self._journal.end(job, settled)
         self._running.remove(job)
         self.results |= {one.output: one for one in results}

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from makeup_video.pipeline.errors import DecodeError, InputError
+from makeup_video.pipeline.errors import DecodeError, MakeupVideoError
 from makeup_video.pipeline.frames.rgb import as_uint8
 from makeup_video.pipeline.images.heif import is_heif
 from makeup_video.pipeline.images.picture_file import decode_picture, is_picture, read_bytes
@@ -34,7 +34,7 @@ def thumbnail(path: Path, start_seconds: float = 0.0, *, is_own: bool = False) -
             bgr8 = _picture(path, is_own)
         else:
             bgr8 = picture_at(path, start_seconds, _LATEST_SECONDS)
-    except InputError:
+    except MakeupVideoError:
         return None
     height, width = bgr8.shape[:2]
     share = min(1.0, _LONGEST_PX / max(height, width))

@@ -12,7 +12,7 @@ from queue import SimpleQueue
 from typing import Any, Generic, Protocol, TypeVar
 
 from makeup_video.pipeline.engine.signals import interrupted_later, undisturbed
-from makeup_video.pipeline.errors import MakeupVideoError, StoppedError
+from makeup_video.pipeline.errors import MakeupVideoError, StoppedError, UsageError, option
 
 Job = TypeVar("Job")
 Progress = TypeVar("Progress")
@@ -21,6 +21,7 @@ Result = TypeVar("Result")
 Task = Callable[[Job, Callable[[Progress], None]], Result]
 
 WAS_STOPPED = "workers serve one video, and these were stopped after another: make new ones"
+CORES_PER_JOB = 2  # one video keeps two cores busy
 _TICK_SECONDS = 0.2
 
 
@@ -39,6 +40,18 @@ class Worker(Protocol):
         self, task: Task[Job, Progress, Result], job: Job, report: Callable[[Progress], None], /
     ) -> Result: ...
     def stop(self) -> None: ...
+
+
+def jobs_at_once(wanted: int | None, room: int) -> int:
+    """As many jobs as wanted; None: as many as there is room for, but at least one.
+
+    Raises UsageError for less than one.
+    """
+    if wanted is None:
+        return max(1, room)
+    if wanted < 1:
+        raise UsageError(f"{option('jobs')} must be at least 1, got {wanted}")
+    return wanted
 
 
 def run_jobs(

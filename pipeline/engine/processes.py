@@ -77,11 +77,6 @@ class ChildProcess:
         self._pipe: Any = None
         self._stopped = False
 
-    @property
-    def process_id(self) -> int | None:
-        """The system's number of the process; None while there is none."""
-        return None if self._process is None else self._process.pid
-
     def run(
         self, task: Task[Job, Progress, Result], job: Job, report: Callable[[Progress], None]
     ) -> Result:
@@ -147,11 +142,20 @@ class ChildProcess:
         process.join(_SOON_SECONDS)
         code = process.exitcode
         times = f", in each of {self._attempts} attempts" if self._attempts > 1 else ""
-        if code is not None and code < 0:
-            name = signal.Signals(-code).name
+        if code is None:
+            return f"the painting process closed its pipe and did not end{times}"
+        if code < 0:
+            name = _signal_name(-code)
             memory = ", perhaps because memory ran out" if name == "SIGKILL" else ""
             return f"the painting process was ended by {name}{times}{memory}"
         return f"the painting process ended with exit code {code}{times}"
+
+
+def _signal_name(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:  # most real-time signals have no name
+        return f"signal {number}"
 
 
 def perform(task: Task[Any, Any, Any], job: Any, send: Callable[[InProgress], None]) -> Ended:

@@ -210,14 +210,6 @@ class FaceNets:
         patch = LipPatch(logits, to_px[0], layout.lip_span)
         return Parts(xy, patch, self.part_centres(xy))
 
-    def read_eyes(
-        self, picture: Picture, layout: CropLayout
-    ) -> tuple[np.ndarray, np.ndarray, float]:
-        """What `close_shut_eyes` is given: the points of both eyes as the net reads them, their
-        crops, and the width of a crop in IOD."""
-        (eyes,) = picture.crops((eye_crops(layout),))
-        return self.eye(eyes)["points"], eyes, EYE_CROP.span
-
     def merge_mesh(self, xy: np.ndarray, z: np.ndarray, mesh: Mesh, strayed_px: float) -> bool:
         """Moves the points, in place, to those of the mesh.
 

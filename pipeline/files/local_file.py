@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from makeup_video.pipeline.errors import InputError
+from makeup_video.pipeline.files.disk_errors import unreadable
 
 ANY = "video or picture"
 
@@ -36,7 +37,7 @@ def local_file(path: str | os.PathLike[str], wanted: str = ANY) -> Path:
     except InputError:
         raise
     except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror}") from error
+        raise InputError(unreadable(path, error)) from error
     if empty:
         raise InputError(f"{path} is empty (0 bytes): give a {wanted} file")
     return file

@@ -9,19 +9,11 @@ from typing import Self
 
 import av
 from makeup_video.pipeline.errors import MakeupVideoError, OutputError, UsageError, option
+from makeup_video.pipeline.files.disk_errors import unwritable
 from makeup_video.pipeline.files.part_file import PartFile, check_part
 from makeup_video.pipeline.files.template import Origin, field_between
 
 _OVERWRITE = option("overwrite", True)
-_DISK_ADVICE = {
-    errno.ENOSPC: "free some space, or choose another disk",
-    errno.EDQUOT: "the quota is used up: free some space",
-    errno.EFBIG: "the file grew larger than this disk or its limits allow",
-    errno.EACCES: "choose a folder that you may write to",
-    errno.EPERM: "choose a folder that you may write to",
-    errno.EROFS: "choose a disk that is not read-only",
-    errno.ENAMETOOLONG: "choose a shorter name",
-}
 
 
 def target_of(path: Path) -> Path:
@@ -221,6 +213,5 @@ class write_errors(contextlib.AbstractContextManager[None]):  # lower case: used
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         if isinstance(error, (av.FFmpegError, OSError)) and not isinstance(error, MakeupVideoError):
-            reason = error.strerror or str(error)
-            advice = _DISK_ADVICE.get(error.errno or 0, "choose another output or container")
-            raise OutputError(f"{self.path} cannot be written: {reason}; {advice}") from error
+            otherwise = "choose another output or container"
+            raise OutputError(unwritable(self.path, error, otherwise)) from error

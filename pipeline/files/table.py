@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import NamedTuple, TextIO
 
 from makeup_video.pipeline.errors import MakeupVideoError
+from makeup_video.pipeline.files.disk_errors import unreadable
 from makeup_video.pipeline.files.ordinary import open_ordinary
 
 AS_UTF8 = "save it as CSV in UTF-8, which Excel calls CSV UTF-8"
@@ -53,7 +54,7 @@ def open_table(
     except FileNotFoundError as error:
         raise fault(f"{path} does not exist: give {kind} (CSV) on this machine") from error
     except OSError as error:
-        raise fault(f"{path}: {kind} cannot be read: {error.strerror}") from error
+        raise fault(unreadable(f"{path}: {kind}", error)) from error
 
 
 def table_rows(

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import av
-from makeup_video.kernels.colour import HLG, LUMA_WEIGHTS, PQ, PRIMARIES, SRGB, Coding
+from makeup_video.kernels.colour import HDR_TRANSFERS, LUMA_WEIGHTS, PRIMARIES, SRGB, Coding
 from makeup_video.pipeline.errors import UsageError
 
 FULL_RANGE = 2  # of `range`
 _UNSPECIFIED = 2  # of matrix, transfer and primaries
 # BT.2020 constant luminance counts as BT.2020: no encoder that we know of writes it.
 _SAME = {10: 9}
-HDR_TRANSFERS = {PQ: "PQ", HLG: "HLG"}  # SMPTE ST 2084 and ARIB STD-B67, by name
 
 
 @dataclass(frozen=True, slots=True)

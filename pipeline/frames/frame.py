@@ -1,6 +1,6 @@
 """A decoded video frame: its planes, time and colour tags."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import av
 import numpy as np
 from makeup_video.kernels.colour import Coding
-from makeup_video.pipeline.frames.colour_tags import ColourTags, resolve
+from makeup_video.pipeline.frames.colour_tags import FULL_RANGE, ColourTags, is_full_range, resolve
 
 _INTERLEAVED = ("nv12", "nv16")  # a plane of luma, and one of Cb and Cr in turn
 
@@ -57,6 +57,7 @@ class Frame:
     pts: presentation time in ticks of `time_base` (seconds per tick); the origin is the source's.
     rotation_degrees: counter-clockwise turn (0, 90, 180 or 270) that makes the picture upright. The
     stored picture is never turned: only face finding reads the rotation.
+    tags: with the range that the pixel format's name tells, where it tells one ("yuvj420p").
     """
 
     picture: av.VideoFrame
@@ -72,6 +73,8 @@ class Frame:
     def __post_init__(self) -> None:
         self.width_px, self.height_px = self.picture.width, self.picture.height
         self.pix_fmt = self.picture.format.name
+        if self.tags.range != FULL_RANGE and is_full_range(self.tags.range, self.pix_fmt):
+            self.tags = replace(self.tags, range=FULL_RANGE)
         if self.width_px < 1 or self.height_px < 1:
             raise ValueError(
                 f"a frame has at least 1x1 pixels, got {self.width_px}x{self.height_px}"

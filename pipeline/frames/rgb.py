@@ -1,17 +1,20 @@
 """Converts an RGB picture in memory to a Frame, and its changed pixels back."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 import av
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
+from makeup_video.kernels.colour import DISPLAY_P3
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame
 
 PICTURE_TICK = Fraction(1, 1)
 # BT.709, full range, the transfer of sRGB.
 PICTURE_TAGS = ColourTags(1, 2, 13, 1)
+P3_PICTURE_TAGS = replace(PICTURE_TAGS, primaries=DISPLAY_P3)
 
 
 def to_frame(
@@ -20,7 +23,7 @@ def to_frame(
     """The stored pixels as an 8-bit 4:4:4 frame.
 
     stored: (H, W, 1 to 4) uint8 or uint16: grey, grey and alpha, BGR or BGRA; alpha is left out.
-    tags: PICTURE_TAGS, or the same with other primaries.
+    tags: PICTURE_TAGS or P3_PICTURE_TAGS.
     """
     eight = as_uint8(stored)
     bgr = np.repeat(eight[..., :1], 3, axis=2) if eight.shape[2] < 3 else eight[..., :3]

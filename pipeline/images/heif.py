@@ -16,9 +16,6 @@ _ANY = {b"mif1"}
 _OTHERS = {b"avif", b"avis"}
 HEAD_BYTES = 64  # of the file: enough for the brands that cameras write
 _BANDS_PX = 1_000_000  # colours are converted in bands of this many pixels, which bounds the memory
-# ITU-T H.273. Other primaries of SDR photos are close to sRGB's, or unspecified.
-_WIDE_PRIMARIES = {9: "BT.2020", 12: "Display P3"}
-_HDR_TRANSFERS = {16: "PQ", 18: "HLG"}
 # How a file names what stands beside its picture: ISO/IEC 23008-12, 6.5.8; ISO 21496-1 (an item of
 # the kind "tmap"); and Apple's names. pi-heif does not list all of them.
 _BESIDE = {
@@ -138,10 +135,13 @@ def _code_points(nclx: dict[str, Any] | None) -> tuple[int, int]:
 
 def _colours(nclx: dict[str, Any] | None) -> str:
     """The name of colours that have to become sRGB; "" where they may stay."""
+    from makeup_video.kernels.colour import HDR_TRANSFERS, WIDE_PRIMARIES
+
     primaries, transfer = _code_points(nclx)
-    if transfer in _HDR_TRANSFERS:
-        return f"HDR ({_HDR_TRANSFERS[transfer]})"
-    return _WIDE_PRIMARIES.get(primaries, "")
+    if transfer in HDR_TRANSFERS:
+        return f"HDR ({HDR_TRANSFERS[transfer]})"
+    # other primaries of SDR photos are close to sRGB's, or unspecified
+    return WIDE_PRIMARIES.get(primaries, "")
 
 
 def to_srgb(pixels: np.ndarray, nclx: dict[str, Any] | None) -> np.ndarray:
@@ -153,12 +153,19 @@ def to_srgb(pixels: np.ndarray, nclx: dict[str, Any] | None) -> np.ndarray:
     if not _colours(nclx):
         return pixels
     primaries, transfer = _code_points(nclx)
-    from makeup_video.kernels.colour import SRGB, from_srgb_primaries, to_encoded, to_linear
+    from makeup_video.kernels.colour import (
+        HDR_TRANSFERS,
+        SRGB,
+        WIDE_PRIMARIES,
+        from_srgb_primaries,
+        to_encoded,
+        to_linear,
+    )
     from makeup_video.pipeline.images.hdr_preview import rolled_off
 
-    is_hdr = transfer in _HDR_TRANSFERS
+    is_hdr = transfer in HDR_TRANSFERS
     to_primaries = np.linalg.inv(
-        from_srgb_primaries(primaries if primaries in _WIDE_PRIMARIES else 1)
+        from_srgb_primaries(primaries if primaries in WIDE_PRIMARIES else 1)
     )
     most = np.iinfo(pixels.dtype).max
     out = pixels.copy()

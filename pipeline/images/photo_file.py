@@ -17,6 +17,7 @@ from typing import IO, Any
 
 import numpy as np
 from makeup_video.pipeline.errors import InputError, PhotoError
+from makeup_video.pipeline.files.disk_errors import unreadable
 from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.files.marks import JPEG_MARK, PNG_MARK
 from makeup_video.pipeline.files.ordinary import open_ordinary
@@ -138,7 +139,7 @@ def _opened(photo: str | os.PathLike[str] | bytes, name: str) -> _Photo:
     try:
         return _Photo(open_ordinary(path, MOST_FILE_BYTES), str(path), path)
     except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror}") from error
+        raise InputError(unreadable(path, error)) from error
 
 
 @contextmanager

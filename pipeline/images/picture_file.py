@@ -9,6 +9,7 @@ from typing import IO
 
 import numpy as np
 from makeup_video.pipeline.errors import DecodeError, InputError, OutputError
+from makeup_video.pipeline.files.disk_errors import unreadable
 from makeup_video.pipeline.files.marks import JPEG_MARK, PNG_MARK
 from makeup_video.pipeline.files.ordinary import read_ordinary
 from makeup_video.pipeline.images.exif import EXIF_MARK, orientation_alone
@@ -47,7 +48,7 @@ def is_picture(path: Path) -> bool:
             if head.startswith(PNG_MARK):
                 return not _is_animated_png(file)
     except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror}") from error
+        raise InputError(unreadable(path, error)) from error
     if head[:4] == b"RIFF" and head[8:12] == b"WEBP":
         if head[12:16] == b"VP8X" and len(head) > 20 and head[20] & _ANIMATION:
             raise DecodeError(f"{path} is an animated WebP: convert it to a video first")
@@ -92,7 +93,7 @@ def read_bytes(path: Path, *, is_own: bool = False) -> bytes:
     try:
         data = read_ordinary(path, MOST_FILE_BYTES)
     except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror}") from error
+        raise InputError(unreadable(path, error)) from error
     if not is_own:
         check_size(data, path)
     return data

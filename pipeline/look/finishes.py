@@ -5,6 +5,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.look.kinds import KINDS, PARTS
+from makeup_video.pipeline.look.kinds.kind import BOTH_EYES
 from makeup_video.pipeline.look.look import Layer, Look
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.look.words import (
@@ -110,14 +111,17 @@ def layer_in_words(layer: Layer, with_place: bool = False) -> str:
 
 
 def place_in_words(layer: Layer, with_place: bool = False) -> str:
-    """Where a layer lies and how strong it is, such as "brow bone, 80%"; what is usual is left out.
+    """Where a layer lies and how strong it is, such as "brow bone, left eye, 80%"; what is usual is
+    left out.
 
     with_place: name the usual place, too, as where a look has several layers of the kind.
     """
     slot, usual = layer.whole_shape.get("slot"), KINDS[layer.kind].whole_shape({}).get("slot")
     place = slot.replace("_", " ") if slot and (with_place or slot != usual) else ""
+    eye = layer.shape.get("eye", BOTH_EYES)
+    eye = "" if eye == BOTH_EYES else f"{eye} eye"
     share = f"{layer.strength:.0%}" if layer.strength < 1 else ""
-    return ", ".join(filter(None, (place, share)))
+    return ", ".join(filter(None, (place, eye, share)))
 
 
 def parse_finish(text: str) -> str:

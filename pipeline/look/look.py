@@ -25,9 +25,10 @@ from pathlib import Path
 from typing import Any, ClassVar, NoReturn, Self
 
 from makeup_video.pipeline.errors import LookError, OutputError
+from makeup_video.pipeline.files.disk_errors import unreadable, unwritable
 from makeup_video.pipeline.files.ordinary import read_ordinary
 from makeup_video.pipeline.look.kinds import KINDS, PAINTED
-from makeup_video.pipeline.look.kinds.kind import Kind
+from makeup_video.pipeline.look.kinds.kind import LEFT_EYE, RIGHT_EYE, Kind
 from makeup_video.pipeline.look.params import (
     GraphicsParams,
     as_python,
@@ -172,7 +173,7 @@ class Look:
             given.append(Layer("eyeshadow", eyes, {"slot": zone}, intensity))
         if lips is not None:
             given.append(Layer("lipstick", lips))
-        check_count([layer.kind for layer in given])
+        check_count([(layer.kind, layer.shape) for layer in given])
         given.sort(key=lambda layer: _ORDER[layer.kind])
         object.__setattr__(self, "layers", tuple(given))
         object.__setattr__(self, "strength", strength)
@@ -254,7 +255,9 @@ class Look:
         layers = values["layers"]
         if not isinstance(layers, list):
             raise LookError(f"layers must be a list, got {shown(layers)}")
-        check_count([one.get("kind") for one in layers if isinstance(one, dict)])
+        check_count(
+            [(one.get("kind"), one.get("shape")) for one in layers if isinstance(one, dict)]
+        )
         read = [Layer.from_dict(one, f"layers[{at}]") for at, one in enumerate(layers)]
         return cls(read, values.get("strength", 1.0))
 
@@ -270,9 +273,10 @@ class Look:
             raise LookError(_NO_NAME)
         try:
             text = read_ordinary(path, _MOST_BYTES).decode("utf-8-sig")
-        except (OSError, UnicodeDecodeError) as error:
-            reason = getattr(error, "strerror", None) or "not UTF-8 text"
-            raise LookError(f"{path}: a look file cannot be read: {reason}") from error
+        except OSError as error:
+            raise LookError(unreadable(f"{path}: a look file", error)) from error
+        except UnicodeDecodeError as error:
+            raise LookError(f"{path}: a look file cannot be read: not UTF-8 text") from error
         try:
             return cls.from_dict(read_json(text))
         except LookError as error:
@@ -288,9 +292,12 @@ class Look:
             raise OutputError(_NO_NAME)
         try:
             self._write(Path(path))
-        except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-            reason = getattr(error, "strerror", None) or "no file has such a name"
-            raise OutputError(f"{path} cannot be written: {reason}") from error
+        except OSError as error:
+            raise OutputError(unwritable(path, error, "choose another place")) from error
+        except ValueError as error:  # a NUL in the name
+            raise OutputError(
+                f"{path} cannot be written: no file has such a name; choose another"
+            ) from error
 
     def _write(self, path: Path) -> None:
         text, target = written(self.to_dict()), Path(os.path.realpath(path))
@@ -335,13 +342,22 @@ def check_look(look: object) -> None:
     raise TypeError(f"a look must be a Look, got {type(look).__name__}: {how}")
 
 
-def check_count(kinds: list[Any]) -> None:
-    """Raises LookError for more layers of a kind than a look may have."""
+def check_count(layers: list[tuple[Any, Any]]) -> None:
+    """Raises LookError for more layers of a kind than a look may have.
+
+    layers: of each the kind and the shape, which need not be valid.
+    """
     for kind in KINDS.values():
-        count = kinds.count(kind.name)
+        eyes = [_eye_of(shape) for name, shape in layers if name == kind.name]
+        count = len(eyes) - min(eyes.count(LEFT_EYE), eyes.count(RIGHT_EYE))
         if count > kind.most:
-            layers = "layer" if kind.most == 1 else "layers"
-            raise LookError(f"a look has at most {kind.most} {layers} of {kind.name}, got {count}")
+            what = "layer" if kind.most == 1 else "layers"
+            raise LookError(f"a look has at most {kind.most} {what} of {kind.name}, got {count}")
+
+
+def _eye_of(shape: Any) -> Any:
+    """The dial `eye` of a shape that need not be valid."""
+    return shape.get("eye") if isinstance(shape, Mapping) else None
 
 
 def _kind(name: Any, where: str) -> Kind:

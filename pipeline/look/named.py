@@ -13,6 +13,7 @@ from makeup_video.pipeline.look.catalogue import Row, rows_of
 from makeup_video.pipeline.look.finishes import FINISHES, product
 from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.look import Layer, Look
+from makeup_video.pipeline.look.ready import PHOTO_ENDINGS
 from makeup_video.pipeline.look.words import did_you_mean, finish_names, finish_of
 
 _LOOK_FILES = ".json"
@@ -41,34 +42,45 @@ class NamedLook:
 
 
 def look_files(place: str) -> list[Path]:
-    """The look files of a folder, or those that a pattern such as looks/*.json matches, by name.
+    """The look files and the photos of a folder, or those that a pattern such as looks/*.json
+    matches, by name.
 
-    Hidden files of a folder, such as macOS writes beside others (._red.json), are no look files.
-    Raises LookError where there is none.
+    Hidden files of a folder, such as macOS writes beside others (._red.json), do not count, and
+    neither does a photo beside a look file of its name, which was read from it. Raises LookError
+    where there is none.
     """
     if os.path.isdir(place):
         try:
-            found = [path for path in Path(place).iterdir() if _is_look_file(path)]
+            found = [path for path in Path(place).iterdir() if _is_look(path)]
         except OSError as error:
             raise LookError(
                 f"{place} cannot be read: {error.strerror}; allow it, or give another folder"
             ) from error
         if not found:
-            raise LookError(f"{place} has no look files: give a folder with NAME{_LOOK_FILES}")
-        return sorted(found)
+            raise LookError(
+                f"{place} has no look files and no photos: give a folder with NAME{_LOOK_FILES} or "
+                "photos of makeup"
+            )
+        read = {path.stem for path in found if not is_photo(path)}
+        return sorted(path for path in found if not (is_photo(path) and path.stem in read))
     found = [Path(path) for path in glob.glob(place, recursive=True)]
     if not found:
         raise LookError(
-            f"{place} is no folder, and no look file matches it: check the path, or put a pattern "
-            "into quotes"
+            f"{place} is no folder, and no look file or photo matches it: check the path, or put a "
+            "pattern into quotes"
         )
     return sorted(path for path in found if not path.is_dir())
 
 
-def _is_look_file(path: Path) -> bool:
+def is_photo(path: Path) -> bool:
+    """Whether a file is a photo by the end of its name."""
+    return path.suffix.lower() in PHOTO_ENDINGS
+
+
+def _is_look(path: Path) -> bool:
     """False for hidden files and for folders."""
-    has_name = path.suffix.lower() == _LOOK_FILES and not path.name.startswith(".")
-    return has_name and not path.is_dir()
+    is_one = path.suffix.lower() == _LOOK_FILES or is_photo(path)
+    return is_one and not path.name.startswith(".") and not path.is_dir()
 
 
 def looks_of_catalogue(

@@ -176,8 +176,9 @@ def _with_dials(look: Look, choice: Choice) -> Look:
             f"zone of its own: leave {option('zone')} out"
         )
     if choice.zone is not None:
-        shape = {"slot": parse_zone(choice.zone)}
-        shadows = tuple(replace(layer, shape=shape) for layer in shadows)
+        (layer,), zone = shadows, parse_zone(choice.zone)
+        eye = {name: value for name, value in layer.shape.items() if name == "eye"}
+        shadows = (replace(layer, shape={"slot": zone, **eye}),)
     if choice.intensity is not None:
         shadows = _scaled(shadows, parse_share(choice.intensity, option("intensity")))
     return look.with_kind(_SHADOW.name, shadows)

@@ -268,9 +268,9 @@ def encoder_options(codec: VideoCodec, crf: int | None, preset: str | None) -> d
             raise UsageError(
                 f"{option('crf')} must be in {low}..{high} for {codec.name}, got {crf}"
             )
-    preset = preset and _plain(preset)
-    if preset is not None and preset not in (codec.presets or ()):
+    known = preset and _plain(preset)
+    if known is not None and known not in (codec.presets or ()):
         choices = f"one of {', '.join(codec.presets)}" if codec.presets else "left out"
         raise UsageError(f"{option('preset')} must be {choices} for {codec.name}, got {preset!r}")
     default_crf = codec.crf[2] if codec.crf else 0
-    return codec.options(default_crf if crf is None else crf, preset or codec.preset)
+    return codec.options(default_crf if crf is None else crf, known or codec.preset)

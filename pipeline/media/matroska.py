@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-_SEGMENT, _SEEK_HEAD, _SEEK, _SEEK_ID, _SEEK_POSITION = (
-    b"\x18\x53\x80\x67", b"\x11\x4d\x9b\x74", b"\x4d\xbb", b"\x53\xab", b"\x53\xac"
+_SEGMENT, _SEEK_HEAD, _SEEK, _SEEK_POSITION = (
+    b"\x18\x53\x80\x67", b"\x11\x4d\x9b\x74", b"\x4d\xbb", b"\x53\xac"
 )  # fmt: skip
-_VOID, _CRC, _INFO, _TRACKS = b"\xec", b"\xbf", b"\x15\x49\xa9\x66", b"\x16\x54\xae\x6b"
+_VOID, _CRC, _TRACKS = b"\xec", b"\xbf", b"\x16\x54\xae\x6b"
 _ENTRY, _NUMBER, _VIDEO = b"\xae", b"\xd7", b"\xe0"
 _DISPLAY_WIDTH, _DISPLAY_HEIGHT, _DISPLAY_UNIT = b"\x54\xb0", b"\x54\xba", b"\x54\xb2"
 _RATIO = 3  # of the units of a display size

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import av
 from av.stream import Disposition
-from makeup_video.pipeline.errors import OutputError, cannot_keep
+from makeup_video.pipeline.errors import OutputError, cannot_keep, is_of_the_system
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.media.clip import Clip
 from makeup_video.pipeline.media.codecs import MATROSKA, MP4
@@ -24,10 +24,8 @@ from makeup_video.pipeline.media.transcode import AudioConverter
 from makeup_video.pipeline.media.verify import SentStream, missing_from, sent_stream
 
 T = TypeVar("T")
-# System error numbers with which FFmpeg reports a packet's content. FFmpeg's own numbers lie far
-# above the system's.
+# System error numbers with which FFmpeg reports a packet's content.
 _OF_CONTENT = {errno.EINVAL, errno.ERANGE, errno.EDOM, errno.ENOSYS}
-_LAST_OF_THE_SYSTEM = 4096
 
 
 class Muxer:
@@ -217,8 +215,8 @@ class Muxer:
         try:
             return work(*arguments)
         except av.FFmpegError as error:
-            if _is_of_the_system(error):
-                raise
+            if is_of_the_system(error) and error.errno not in _OF_CONTENT:
+                raise  # of disk or memory
             self.skipped_packets += 1
             return []
 
@@ -304,9 +302,3 @@ def _is_before_0(packet: Any) -> bool:
     if packet.stream.type != "audio" or packet.pts is None:
         return False
     return bool(packet.pts + 2 * (packet.duration or 0) <= 0)
-
-
-def _is_of_the_system(error: av.FFmpegError) -> bool:
-    """True for errors of disk and memory, False for what a damaged packet causes."""
-    number = error.errno or 0
-    return 0 < number < _LAST_OF_THE_SYSTEM and number not in _OF_CONTENT

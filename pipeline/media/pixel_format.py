@@ -10,8 +10,9 @@ import av
 import numpy as np
 from av.codec.codec import find_best_pix_fmt_of_list
 from av.video.reformatter import ColorRange, Colorspace
+from makeup_video.kernels.colour import HDR_TRANSFERS
 from makeup_video.pipeline.errors import DecodeError, UsageError, option
-from makeup_video.pipeline.frames.colour_tags import HDR_TRANSFERS, is_full_range
+from makeup_video.pipeline.frames.colour_tags import is_full_range
 from makeup_video.pipeline.frames.frame import layout_of, plane_views
 from makeup_video.pipeline.frames.transform import ffmpeg_range
 from makeup_video.pipeline.media.codecs import CODECS, CONTAINERS, VideoCodec

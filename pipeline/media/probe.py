@@ -1,13 +1,18 @@
 """Short looks into a video file: whether it plays, how many frames it has, one of its pictures."""
 
+from collections.abc import Generator
 from contextlib import closing
+from fractions import Fraction
 from pathlib import Path
 
 import av
+import cv2
 import numpy as np
 from makeup_video.pipeline.errors import DecodeError, InputError
+from makeup_video.pipeline.frames.colour_tags import ColourTags, is_full_range, resolve
 from makeup_video.pipeline.frames.display_matrix import turn_of
-from makeup_video.pipeline.media.input_file import open_video
+from makeup_video.pipeline.frames.transform import ffmpeg_matrix, ffmpeg_range
+from makeup_video.pipeline.media.input_file import VideoSource, open_video, packets_of
 
 
 def plays(path: Path, frames: int | None = None) -> bool:
@@ -36,7 +41,8 @@ def picture_at(path: Path, start_seconds: float, latest_seconds: float) -> np.nd
 
     start_seconds: counted from where a player begins.  latest_seconds should be short: all frames
     up to there are decoded.
-    Returns (H, W, 3) uint8, B'G'R', upright. Raises InputError, DecodeError.
+    Returns (H, W, 3) uint8, B'G'R', upright, with square pixels. Raises InputError, DecodeError,
+    and UsageError for colours of a matrix that is not known.
     """
     with closing(open_video(path)) as source:
         first = float(source.start_seconds) + start_seconds
@@ -44,14 +50,35 @@ def picture_at(path: Path, start_seconds: float, latest_seconds: float) -> np.nd
         try:
             if start_seconds:
                 source.container.seek(round(first * av.time_base))
-            for picture in source.container.decode(source.video):
-                last = picture
-                if picture.time is not None and picture.time >= first + latest_seconds:
+            for last in _pictures(source):
+                if last.time is not None and last.time >= first + latest_seconds:
                     break
         except av.FFmpegError as error:
             if last is None:  # a damaged file may have some pictures
                 raise DecodeError(f"{path} cannot be decoded: {error.strerror}") from error
         if last is None:
             raise DecodeError(f"{path} has no frame at {start_seconds:g} s")
-        turned = np.rot90(last.to_ndarray(format="bgr24"), turn_of(last) // 90)
-        return np.ascontiguousarray(turned)
+        return _shown(last, source.video.sample_aspect_ratio or Fraction(1))
+
+
+def _pictures(source: VideoSource) -> Generator[av.VideoFrame, None, None]:
+    for packet in packets_of(source.container, source.video):
+        yield from packet.decode()
+
+
+def _shown(picture: av.VideoFrame, aspect: Fraction) -> np.ndarray:
+    """(H, W, 3) uint8 B'G'R' as players show it; the longer side of its pixels is shrunk."""
+    if picture.format.is_rgb or picture.format.has_palette:
+        bgr8 = picture.to_ndarray(format="bgr24")
+    else:
+        coding = resolve(ColourTags.of(picture), picture.width, picture.height, bit_depth=8)
+        is_full = is_full_range(picture.color_range, picture.format.name)
+        bgr8 = picture.reformat(
+            format="bgr24",
+            src_colorspace=ffmpeg_matrix(coding),
+            src_color_range=ffmpeg_range(is_full),
+        ).to_ndarray()
+    size_wh = picture.width * min(float(aspect), 1), picture.height / max(float(aspect), 1)
+    wide, high = (max(1, round(side)) for side in size_wh)
+    square = cv2.resize(bgr8, (wide, high), interpolation=cv2.INTER_AREA)
+    return np.ascontiguousarray(np.rot90(square, turn_of(picture) // 90))

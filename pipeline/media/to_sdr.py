@@ -7,7 +7,7 @@ from pathlib import Path
 
 import av
 import numpy as np
-from makeup_video.kernels.colour import PRIMARIES, REFERENCE_WHITE
+from makeup_video.kernels.colour import BT2020, PRIMARIES, REFERENCE_WHITE
 from makeup_video.pipeline.errors import OutputError
 from makeup_video.pipeline.frames.colour_tags import is_full_range
 from makeup_video.pipeline.media.hdr import light_levels
@@ -17,13 +17,13 @@ from makeup_video.pipeline.media.tone_map import peak_of, sdr_table
 # 65 by 3.
 _SIZE = 65
 _BETWEEN = "gbrp10le"  # R'G'B' in finer steps than the 8 bits of the result
-_BT2020 = 9
 _STATIC = ("MASTERING_DISPLAY_METADATA", "CONTENT_LIGHT_LEVEL")
 
 
 class ToSdr:
-    """Turns pictures into SDR: BT.709, limited range, sRGB's curve.
+    """Turns pictures into SDR: BT.709, limited range.
 
+    The curve is sRGB's and the tag bt709, as most video has: players show both in the same way.
     picture: the first one, PQ or HLG; its colours and its peak hold for all.
     pix_fmt: that of the result.  peak_nits: the brightest light of the video, in cd/m2.
     Times, field order and rotation stay. HDR10's static metadata is dropped, since it no longer
@@ -38,7 +38,7 @@ class ToSdr:
         table = sdr_table(
             _SIZE,
             int(picture.color_trc),
-            primaries if primaries in PRIMARIES else _BT2020,
+            primaries if primaries in PRIMARIES else BT2020,
             peak,
         )
         self._tick = picture.time_base or Fraction(1, 1000)

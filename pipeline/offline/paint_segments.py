@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from multiprocessing import current_process
 from pathlib import Path
 
-from makeup_video.pipeline.engine.jobs import Worker, run_jobs
+from makeup_video.pipeline.engine.jobs import CORES_PER_JOB, Worker, jobs_at_once, run_jobs
 from makeup_video.pipeline.engine.machine import cores
 from makeup_video.pipeline.engine.processes import ChildProcess
 from makeup_video.pipeline.errors import (
@@ -75,7 +75,7 @@ def paint_segments(
                 "a daemonic process, such as a worker of multiprocessing.Pool, starts no others: "
                 f"leave {option('split_minutes')} out here"
             )
-        count = min(settings.jobs or max(1, cores() // 2), len(jobs))
+        count = min(jobs_at_once(settings.jobs, cores() // CORES_PER_JOB), len(jobs))
         workers = [ChildProcess(_ATTEMPTS) for _ in range(count)]
     if not workers:
         raise UsageError("workers must hold at least one, or be None for processes, got none")

@@ -6,7 +6,7 @@ what changed is converted back.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,14 @@ from makeup_video.pipeline.errors import UsageError, cannot_keep
 from makeup_video.pipeline.files.output_file import OutputFile, write_errors
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.orientation import Orientation
-from makeup_video.pipeline.frames.rgb import PICTURE_TAGS, as_uint8, merge, to_frame, with_colour
+from makeup_video.pipeline.frames.rgb import (
+    P3_PICTURE_TAGS,
+    PICTURE_TAGS,
+    as_uint8,
+    merge,
+    to_frame,
+    with_colour,
+)
 from makeup_video.pipeline.images.exif import orientation, without_thumbnail
 from makeup_video.pipeline.images.file_tags import FileTags, file_tags, with_file_tags
 from makeup_video.pipeline.images.heif import bit_depth, is_heif
@@ -32,8 +39,6 @@ from makeup_video.pipeline.images.picture_file import (
 from makeup_video.pipeline.media.side_by_side import side_by_side
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
-
-_DISPLAY_P3 = 12  # primaries, as ColourTags number them
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +67,7 @@ def open_picture(path: Path) -> OpenedPicture:
     stored_as = orientation(metadata.get(EXIF))
     profile = metadata.get(ICC_PROFILE)
     is_wide = profile is not None and is_display_p3(profile)
-    tags = replace(PICTURE_TAGS, primaries=_DISPLAY_P3) if is_wide else PICTURE_TAGS
+    tags = P3_PICTURE_TAGS if is_wide else PICTURE_TAGS
     frame = to_frame(stored, stored_as.turn_degrees, tags)
     depth = bit_depth(data) if is_heif(data) else 8 * stored.itemsize
     return OpenedPicture(

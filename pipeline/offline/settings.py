@@ -122,7 +122,7 @@ class Settings:
     def _check_types(self) -> None:
         for name in _FLAGS:
             value = getattr(self, name)
-            if value not in (True, False):
+            if not isinstance(value, bool):
                 raise UsageError(f"{option(name)} must be True or False, got {value!r}")
         for name in _TEXTS:
             value = getattr(self, name)
@@ -189,7 +189,10 @@ def _exact(value: object, name: str) -> Fraction | None:
         exact = value if isinstance(value, Fraction) else Fraction(str(value))
         float(exact)  # as messages show it
     except (ValueError, ZeroDivisionError, OverflowError) as error:
-        raise UsageError(f"{option(name)} must be a number, got {shown(value, repr)}") from error
+        unit = name.rpartition("_")[2]
+        raise UsageError(
+            f"{option(name)} must be a number of {unit}, got {shown(value, repr)}"
+        ) from error
     return exact
 
 

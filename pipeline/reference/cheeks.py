@@ -1,10 +1,9 @@
 """The cheeks of a photo, and bare ones: places on the mean face, and how they differ from plain
 skin."""
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import lru_cache
 from threading import Lock
 
 import cv2
@@ -21,7 +20,7 @@ from makeup_video.pipeline.look.kinds.fields import FaceFields
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
 from makeup_video.pipeline.reference.product_film import ProductFilm
-from makeup_video.pipeline.render.opencl import open_device
+from makeup_video.pipeline.render.opencl import once_a_process, open_device
 from makeup_video.pipeline.render.surfaces.face import face_kernel, face_surface
 
 # The map of bare cheeks: what it spans, in IOD of the mean face, and its cells. Both cheeks share
@@ -115,7 +114,7 @@ def density(cheeks: Cheeks, shape: Mapping[str, float]) -> np.ndarray:
 def see_cheeks(neutral: NeutralFace) -> Cheeks | None:
     """The cheeks of a photo; None for a face too small or seen from the side."""
     frame = to_frame(np.ascontiguousarray(neutral.rgb8[..., ::-1]))
-    _, kernel, lock = _shared_kernel(os.getpid())
+    _, kernel, lock = _shared_kernel()
     with lock:
         made = face_surface(neutral.face, frame, coding_of(frame), kernel)
     if made is None:
@@ -127,11 +126,11 @@ def see_cheeks(neutral: NeutralFace) -> Cheeks | None:
     return Cheeks(roots, surface.across, surface.down, skin, surface.visible)
 
 
-@cache
-def _shared_kernel(_process_id: int) -> tuple[Device, FaceKernel, Lock]:
+@once_a_process
+def _shared_kernel() -> tuple[Device, FaceKernel, Lock]:
     """The kernel that makes the surfaces of faces, for one thread at a time, and its device, which
     it does not keep alive. Opening one for each photo takes a hundred times as long as the kernel.
-    A forked process cannot use its parent's."""
+    """
     device = open_device()
     return device, face_kernel(device), Lock()
 

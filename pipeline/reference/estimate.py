@@ -9,7 +9,7 @@ of eyeliner (read_liner.py), and how lipstick shines and fades (read_lipstick.py
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -38,6 +38,7 @@ from makeup_video.pipeline.reference.crops import CROPS, NUMBERS, read_input, re
 from makeup_video.pipeline.reference.fit_blush import fit_blush
 from makeup_video.pipeline.reference.fit_lips import fit_lips
 from makeup_video.pipeline.reference.fit_shadows import fit_shadows
+from makeup_video.pipeline.reference.flat_eyes import different_eyes
 from makeup_video.pipeline.reference.lid_shimmer import lid_shimmer, lids_of
 from makeup_video.pipeline.reference.liner import liner
 from makeup_video.pipeline.reference.lower_line import lower_line
@@ -64,6 +65,9 @@ from makeup_video.pipeline.render.scene import SceneLight
 # More shine is hardly ever worn: the nets take pale lips in bright photos for it, and the lips
 # would come out frosted.
 MOST_GLOSS, MOST_REFLECTION = 3.0, 0.35
+# From this probability of eyeshadow on, eyes that look different wear different layers: on bare
+# faces coloured light and masks make as large a difference.
+_SURE_OF_SHADOW = 0.95
 _CERTAINTIES = ((0.95, "almost certain"), (0.75, "likely"), (0.0, "not sure"))
 
 
@@ -239,7 +243,18 @@ def _eyeshadow(photo: _Photo) -> list[Layer]:
     wing = photo.liner_form.wing if photo.is_lined else None
     winged = wing is not None and wing.is_sure
     shimmer = lid_shimmer(lids)
-    return fit_shadows(seen.neutral, seen.eyes, probability, photo.is_lined, winged, shimmer)
+
+    def fitted(eyes: np.ndarray | None) -> list[Layer]:
+        return fit_shadows(seen.neutral, eyes, probability, photo.is_lined, winged, shimmer)
+
+    apart = different_eyes(seen.neutral) if probability >= _SURE_OF_SHADOW else {}
+    if not apart:
+        return fitted(seen.eyes)
+    return [
+        replace(layer, shape={**layer.shape, "eye": eye})
+        for eye, flat in apart.items()
+        for layer in fitted(flat)
+    ]
 
 
 def _eyeliner(photo: _Photo) -> list[Layer]:

@@ -1,9 +1,8 @@
 """Lays both lids flat, for the reference net and for lid_shimmer.py: every zone has its place.
 
 Lids are thin, and their height differs from face to face: in a plain crop a net spends its capacity
-on finding them. Here a row is a height between lash line, crease and fold, as in the eyeshadow's
-zones (render/surfaces/eyes.py), and a column a place between the corners. The eye and some skin
-follow below the lash line.
+on finding them. Here a row is a place between the mesh's rings, lash line, crease and fold, and a
+column one between the corners. The eye and some skin follow below the lash line.
 """
 
 import cv2
@@ -17,11 +16,11 @@ from makeup_video.pipeline.render.surfaces.eyes_twin import lid_curves
 
 FLAT_WH = (160, 64)  # px: both eyes beside each other, the outer corners outside
 _ABOVE = 46  # rows from above the fold to the lash line
-_HIGHEST = 2.2  # height of the first row: lash line 0, crease 1, fold 2
+_HIGHEST = 2.2  # the first row among the rings: lash line 0, crease 1, fold 2
 _LOWEST = 0.5  # of the last row below the lash line, in widths of the eye
 _APART = 1.9 / 39  # of the eye's width: least distance of the curves, as in the net's training
 _OUT = (-0.72, 0.92)  # place of the first and the last column: inner corner -0.5, outer corner 0.5
-# Of one eye: heights above the lash line, distances below it, and places across.
+# Of one eye: rings above the lash line, distances below it, and places across.
 _UP = np.linspace(_HIGHEST, 0, _ABOVE)
 _DOWN = np.linspace(0, _LOWEST, FLAT_WH[1] - _ABOVE + 1)[1:]
 _ACROSS = np.linspace(*_OUT, FLAT_WH[0] // 2)
@@ -43,9 +42,9 @@ def flat_lids(face: Face, to_crop: AffineArray) -> np.ndarray | None:
     return in_crop.transpose(2, 0, 1).astype(np.float32)
 
 
-def flat_heights() -> np.ndarray:
-    """(64,) the height of each row: lash line 0, crease 1, fold 2. Below the lash line, minus the
-    distance from it in widths of the eye."""
+def flat_rings() -> np.ndarray:
+    """(64,) where each row lies among the mesh's rings: lash line 0, crease 1, fold 2. Below the
+    lash line, minus the distance from it in widths of the eye."""
     return np.concatenate([_UP, -_DOWN])
 
 

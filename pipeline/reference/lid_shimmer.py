@@ -12,7 +12,7 @@ from makeup_video.pipeline.faces.face import Face, iod_px, resized
 from makeup_video.pipeline.frames.views import RgbPicture
 from makeup_video.pipeline.reference.checks import is_inside
 from makeup_video.pipeline.reference.crops import CROPS, read_input
-from makeup_video.pipeline.reference.flat_lids import flat_heights, flat_places_across
+from makeup_video.pipeline.reference.flat_lids import flat_places_across, flat_rings
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE
 from makeup_video.pipeline.render.scene import SceneLight
 
@@ -20,7 +20,7 @@ _EYES = CROPS["eyes"]
 # The distance of the outer eye corners in the crop of the eyes. Larger photos are averaged down to
 # it, so that what counts as fine does not depend on a photo's size.
 _IOD_PX = _EYES.crop_wh[0] / _EYES.span
-_HEIGHTS = 0.25, 1.8  # of the skin that counts: lash line 0, crease 1, fold 2
+_RINGS = 0.25, 1.8  # between which skin counts: lash line 0, crease 1, fold 2
 _BESIDE = 0.42  # the skin that counts ends so far beside the eye's middle, in widths of the eye
 _FINE_PX = 1.5  # sigma of the blur that removes fine highlights
 _DARK = 0.01  # linear light added before the logarithm, so that noise in the dark hardly counts
@@ -59,8 +59,8 @@ def fine_highlights(lids: np.ndarray) -> float:
     lids: as of lid_shimmer.
     """
     light = np.log(to_linear(lids / 255, SRGB) @ LUMINANCE + _DARK).astype(np.float32)
-    low, high = _HEIGHTS
-    rows, columns = flat_heights(), np.abs(flat_places_across())
+    low, high = _RINGS
+    rows, columns = flat_rings(), np.abs(flat_places_across())
     there = np.ix_((rows > low) & (rows < high), columns < _BESIDE)
     around = np.maximum(cv2.GaussianBlur(light, (0, 0), _FINE_PX), np.median(light[there]))
     return float(np.percentile((light - around)[there], _PERCENTILE))

@@ -5,7 +5,6 @@ from collections.abc import Generator, Iterable
 from contextlib import contextmanager, suppress
 from functools import cache
 
-from makeup_video.pipeline.errors import InstallError
 from makeup_video.pipeline.faces.net import Net
 
 # The nets of the whole face, of the eyes' corners, of the mouth, and of the crop of the lips, whose
@@ -39,7 +38,7 @@ def loading(names: Iterable[str]) -> Generator[None, None, None]:
 
 
 def _load(names: Iterable[str]) -> None:
-    with suppress(InstallError):  # whoever needs the net raises it again
+    with suppress(Exception):  # whoever needs the net raises it again
         for name in names:
             reference_net(name)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from makeup_video.pipeline.faces.face import Face
-from makeup_video.pipeline.faces.topology import EYE_CORNERS
+from makeup_video.pipeline.faces.topology import EYE, EYE_CORNERS, RIGHT_EYE
 from makeup_video.pipeline.frames.views import RgbPicture
 from makeup_video.pipeline.reference.level_crop import level_place
 from makeup_video.pipeline.reference.nets import LINER, reference_net
@@ -19,7 +19,7 @@ CORNER_XY = (70.0, 42.0)  # where the outer corner of the eye lies in it
 EYE_PX = 64.0  # width of the eye there
 ANGLE_UNIT = 60.0  # degrees that are 1 for the net
 # The inner corners, in the order of EYE_CORNERS.
-_INNER = (133, 362)
+_INNER = [EYE[8], RIGHT_EYE[8]]
 # An eye that is narrower than this share of the other one is turned away, and does not count.
 _TURNED_AWAY = 0.8
 # Log-odds that few eyes without a wing reach in real photos: without eyeshadow, and with it, since
@@ -97,7 +97,7 @@ def corner_places(face: Face) -> tuple[np.ndarray, np.ndarray]:
     """Where the pictures of corner_inputs lie: the affine maps from their px to the photo's,
     (2, 2, 3), and the widths of the eyes, (2,) px."""
     outer = face.points_px[list(EYE_CORNERS), :2].astype(np.float64)
-    along = outer - face.points_px[list(_INNER), :2]
+    along = outer - face.points_px[_INNER, :2]
     widths_px = np.maximum(np.hypot(*along.T), 1.0)
     places = [
         level_place(line, EYE_PX, corner, CORNER_XY, is_mirrored=is_mirrored)

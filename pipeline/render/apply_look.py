@@ -1,6 +1,5 @@
 """Paints looks on RGB pictures in memory."""
 
-import os
 import threading
 from collections.abc import Iterable
 
@@ -12,6 +11,7 @@ from makeup_video.pipeline.frames.views import check_paintable
 from makeup_video.pipeline.look.look import Look, check_look
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
+from makeup_video.pipeline.render.opencl import once_a_process
 
 
 def apply_look(rgb8: np.ndarray, look: Look, faces: Iterable[Face] | None = None) -> np.ndarray:
@@ -27,15 +27,8 @@ def apply_look(rgb8: np.ndarray, look: Look, faces: Iterable[Face] | None = None
     type and for faces that are not faces, InstallError when the face nets or OpenCL are missing,
     OutputError when no folder has room for compiled kernels.
     """
-    kept = _of_thread.__dict__
-    if kept.get("process") != os.getpid():  # a forked process cannot use its parent's kernels
-        kept.update(process=os.getpid(), paint=PaintPictures())
-    paint: PaintPictures = kept["paint"]
+    paint: PaintPictures = _of_thread().paint
     return paint(rgb8, look, faces)
-
-
-# PyOpenCL keeps some of every kernel that was ever loaded, so each thread keeps its own.
-_of_thread = threading.local()
 
 
 class PaintPictures:
@@ -69,3 +62,13 @@ class PaintPictures:
             self._composite.set_look(look)
         painted = self._composite(BuildScene()(sound))
         return np.ascontiguousarray(merge(stored, painted, before)[..., ::-1])
+
+
+class _OfThread(threading.local):
+    """PyOpenCL keeps some of every kernel that was ever loaded, so each thread keeps its own."""
+
+    def __init__(self) -> None:
+        self.paint = PaintPictures()
+
+
+_of_thread = once_a_process(_OfThread)

@@ -1,9 +1,7 @@
 """FrameFaces -> FrameScene: each face's lips and lids as surfaces, and the light on them."""
 
 import math
-import os
 from collections.abc import Mapping
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -13,11 +11,16 @@ from makeup_video.pipeline.faces.face import Face, FrameFaces
 from makeup_video.pipeline.faces.track_memory import TrackMemory
 from makeup_video.pipeline.frames.frame import Frame, coding_of
 from makeup_video.pipeline.render.light_planes import light_planes
-from makeup_video.pipeline.render.opencl import open_device
+from makeup_video.pipeline.render.opencl import once_a_process, open_device
 from makeup_video.pipeline.render.regions import READ
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.scene_light import EstimateLight
-from makeup_video.pipeline.render.surfaces.eyes import EYE_CURVES, LID_RINGS
+from makeup_video.pipeline.render.surfaces.eyes import (
+    EYE_CURVES,
+    FOLD_CURVE,
+    LASH_CURVE,
+    LID_RINGS,
+)
 from makeup_video.pipeline.render.surfaces.lips import LIP_RINGS
 from makeup_video.pipeline.render.surfaces.region import SeenFace
 
@@ -25,12 +28,13 @@ from makeup_video.pipeline.render.surfaces.region import SeenFace
 # is seen on the product at once, as on the skin.
 _SETTLE_SECONDS = 0.5
 _FORGET_SECONDS = 1.0
-# Points around all that the kernel reads light for: borders of the lips, lash lines and brows.
+# Points around all that the kernel reads light for: borders of the lips, corners of the eyes and
+# folds.
 _LIT = np.concatenate(
     [
         LIP_RINGS[::4, ::2].ravel(),
-        *(eye[0][::8] for eye in EYE_CURVES),
-        *(eye[2][::4] for eye in EYE_CURVES),
+        *(eye[LASH_CURVE][::8] for eye in EYE_CURVES),
+        *(eye[FOLD_CURVE][::4] for eye in EYE_CURVES),
     ]
 )
 
@@ -50,7 +54,7 @@ class BuildScene:
     """
 
     def __init__(self, device: str = "", *, exclusive: bool = False) -> None:
-        self._surface = _surface(device) if exclusive else _shared_surface(device, os.getpid())
+        self._surface = _surface(device) if exclusive else _shared_surface(device)
         self._light = EstimateLight()
         self._means: TrackMemory[tuple[int, str], _Mean] = TrackMemory(_FORGET_SECONDS)
 
@@ -114,12 +118,9 @@ class BuildScene:
         return smooth
 
 
-@cache
-def _shared_surface(device: str, _process_id: int) -> SurfaceKernel:
-    """One kernel for all threads of a process: single pictures build a scene each. A forked process
-    cannot use its parent's."""
-    return _surface(device)
-
-
 def _surface(device: str) -> SurfaceKernel:
     return SurfaceKernel(open_device(device), np.concatenate([LIP_RINGS, LID_RINGS]))
+
+
+# One kernel for all threads of a process: single pictures build a scene each.
+_shared_surface = once_a_process(_surface)

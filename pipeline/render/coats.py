@@ -20,13 +20,14 @@ from makeup_video.pipeline.faces.face import iod_px
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.look.ciede2000 import lab_of
 from makeup_video.pipeline.look.kinds import KINDS
-from makeup_video.pipeline.look.kinds.kind import Coat, Kind, Stroke
+from makeup_video.pipeline.look.kinds.kind import BOTH_EYES, Coat, Kind, Stroke
 from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.grid import box_of
 from makeup_video.pipeline.render.regions import REGIONS
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.strokes import box_of_strokes, line_of
+from makeup_video.pipeline.render.surfaces.eyes import NUMBERS
 from makeup_video.pipeline.render.surfaces.region import Reader
 from makeup_video.pipeline.render.surfaces.surface import Charts, Edge, Surface
 
@@ -56,24 +57,25 @@ class Drawn:
     edge: Edge
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Group:
     """Layers that are painted in one go: all on one region, but each line alone.
 
-    region: a key of REGIONS.  drawn: what `on` has drawn.
+    region: a key of REGIONS.  number: of the only surface of it that wears them; None for all.
     """
 
     region: str
     layers: tuple[Layer, ...]
     is_line: bool
-    drawn: list[list[Drawn]] = field(default_factory=list, repr=False)
+    number: int | None
+    _drawn: list[Drawn] | None = field(default=None, init=False, repr=False)
 
     def on(self, surface: Surface) -> list[Drawn]:
         """The coats of the layers on the charts of all sides of such a surface, in the order of
         painting."""
-        if not self.drawn:
-            self.drawn.append(_draw([side.chart for side in surface.sides()], self.layers))
-        return self.drawn[0]
+        if self._drawn is None:  # for all frames
+            self._drawn = _draw([side.chart for side in surface.sides()], self.layers)
+        return self._drawn
 
 
 class Part(NamedTuple):
@@ -164,15 +166,15 @@ def scaled(job: PaintJob, to_new: AffineArray, share: float) -> PaintJob:
 def groups_of(layers: Sequence[Layer]) -> list[Group]:
     """Layers as Look.painted has them, in the order of painting."""
     return [
-        Group(region, tuple(together), bool(line))
-        for (region, line), together in groupby(layers, _together)
+        Group(region, tuple(together), bool(line), NUMBERS.get(eye))
+        for (region, line, eye), together in groupby(layers, _together)
     ]
 
 
-def _together(layer: Layer) -> tuple[str, str]:
-    """The region of a layer, and the kind of a line."""
+def _together(layer: Layer) -> tuple[str, str, str]:
+    """The region of a layer, the kind of a line, and the eye that wears it."""
     kind = KINDS[layer.kind]
-    return kind.region, kind.name if kind.is_line else ""
+    return kind.region, kind.name if kind.is_line else "", layer.shape.get("eye", BOTH_EYES)
 
 
 def _draw(charts: Sequence[Any], layers: Sequence[Layer]) -> list[Drawn]:
@@ -261,6 +263,8 @@ def jobs_of(
     for group in groups:
         region = REGIONS[group.region]
         amount, lits = region.amount(scene), region.lit(item, scene, reader)
+        if group.number is not None:
+            lits = tuple([lit for lit in lits if lit.surface.number == group.number])
         if amount <= 0 or not lits:
             continue
         parts = _lines(lits, group) if group.is_line else _areas(lits, group, amount, reader.device)

@@ -1,13 +1,18 @@
 """The OpenCL device that paints, with the errors of this product."""
 
+import os
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from functools import cache, wraps
+from typing import TYPE_CHECKING, Any, TypeVar, TypeVarTuple
 
 from makeup_video.pipeline.errors import InstallError, OutputError, UsageError, option
 
 if TYPE_CHECKING:
     from makeup_video.kernels.program import Device
+
+Args = TypeVarTuple("Args")
+Made = TypeVar("Made")
 
 
 def open_device(choice: str = "") -> "Device":
@@ -22,6 +27,21 @@ def open_device(choice: str = "") -> "Device":
 
         Device.on_compile = _say_compiling
         return Device(choice)
+
+
+def once_a_process(make: Callable[[*Args], Made]) -> Callable[[*Args], Made]:
+    """What `make` makes of OpenCL, kept by its arguments as functools.cache does. A forked process,
+    which cannot use its parent's, makes its own."""
+
+    @cache
+    def made_in(_process_id: int, *args: Any) -> Made:
+        return make(*args)
+
+    @wraps(make, updated=())  # attributes of a class are none of a function
+    def made(*args: *Args) -> Made:
+        return made_in(os.getpid(), *args)
+
+    return made
 
 
 @contextmanager

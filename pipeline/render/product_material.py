@@ -29,6 +29,9 @@ _DENSEST = 0.6  # share of cells with a sparkle at shimmer 1: with more they wou
 _SPARKLE = 1.8
 _DEEP = 0.5  # of it on a deep colour: a brighter sparkle would lose its hue
 _PEARL = 0.3  # sheen of the sparkles that are too fine to be seen, at shimmer 1
+# Luminance below which a highlight takes the product's hue, and how much of it that of a black one
+# takes: a white haze on deep lipstick looks like ash. In photos such shine is red or violet, too.
+_DEEP_BELOW, _DEEPEST = 0.15, 0.7
 _BLACK = 0.02  # linear light: a product whose brightest channel is below it has no hue to speak of
 _PALE = 0.35  # luminance from which on a product may have silver sparkles
 _LEAST_SILVER = 0.15  # of silver sparkles that stays on a black product
@@ -118,15 +121,17 @@ def _mixed(params: GraphicsParams) -> _Mixed:
     product = product_linear((params.red, params.green, params.blue), Coding())
     hue = product / max(float(product.max()), _BLACK)
     # white light on a deep colour would turn violet into lilac, and black into salt
-    pale = min(float(product @ LUMINANCE) / _PALE, 1.0) ** 2
+    luminance = float(product @ LUMINANCE)
+    pale = min(luminance / _PALE, 1.0) ** 2
     silver = (1 - params.shimmer_tint) * (_LEAST_SILVER + (1 - _LEAST_SILVER) * pale)
     # a broad highlight is a weaker one: the same light over more of the surface
     sheen = 1 / (1 + 6 * params.gloss_roughness**2)
     tint = hue + silver * (1 - hue)
     metallic = params.shimmer * params.shimmer_tint
-    metal = 1 + metallic * (hue - 1)  # metals colour what they mirror, and mirror more of it
-    metal *= 1 + _METAL * metallic
-    glint = metal * _GLINT * sheen * (1 - params.gloss_detail)
+    # metals colour what they mirror, and mirror more of it
+    coloured = max(metallic, _DEEPEST * (1 - min(luminance / _DEEP_BELOW, 1.0)))
+    mirrored = (1 + coloured * (hue - 1)) * (1 + _METAL * metallic)
+    glint = mirrored * _GLINT * sheen * (1 - params.gloss_detail)
     sparkle = (_DEEP + (1 - _DEEP) * pale) * tint
     return _Mixed(*(tuple(light.tolist()) for light in (product, tint, sparkle, glint)))
 

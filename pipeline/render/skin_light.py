@@ -25,7 +25,7 @@ from makeup_video.kernels.colour import (
 )
 from makeup_video.kernels.material import ENVIRONMENT_PX
 from makeup_video.pipeline.faces.face import Face
-from makeup_video.pipeline.frames.frame import Frame, coding_of
+from makeup_video.pipeline.frames.frame import Frame
 
 STRENGTHS = 0.15, 2.0
 _TINT = 0.8  # largest log of a channel of the light's colour: 2.2 times
@@ -114,7 +114,7 @@ class Optics:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Skin:
+class Skin:
     """What is seen of a face's skin.
 
     log: (3,) typical linear light in sRGB's primaries. trust: how far its colour counts, 0 to 1.
@@ -128,13 +128,6 @@ class _Skin:
     usual: float
     inside: np.ndarray
     under_eyes: float | None
-
-
-def skin_of(frame: Frame, points_px: np.ndarray) -> np.ndarray | None:
-    """Log linear light (3,) of a face's skin in sRGB's primaries; None where too little is seen."""
-    optics = optics_of(coding_of(frame))
-    skin = _read_skin(points_px, frame, optics)
-    return None if skin is None else skin.log
 
 
 @lru_cache
@@ -197,7 +190,7 @@ def read_face(face: Face, frame: Frame, optics: Optics, room_log: np.ndarray) ->
     """
     off = room_log - _ROOM_MEAN
     expected = _expected_direction(face, frame)
-    skin = _read_skin(face.points_px, frame, optics)
+    skin = read_skin(face.points_px, frame, optics)
     if skin is None:
         light = _sane(_FROM_ROOM @ off, 1.0, optics)
         veil = np.append(0.0, light[1:])
@@ -213,8 +206,8 @@ def read_face(face: Face, frame: Frame, optics: Optics, room_log: np.ndarray) ->
     return np.concatenate([light, direction, [usual, under_eyes], veil])
 
 
-def _read_skin(points_px: np.ndarray, frame: Frame, optics: Optics) -> _Skin | None:
-    """None when too little of the face is in the picture."""
+def read_skin(points_px: np.ndarray, frame: Frame, optics: Optics) -> Skin | None:
+    """Reads the skin of a face with these points; None when too little of it is in the picture."""
     xy = points_px[_READ_POINTS, :2]
     size = np.array((frame.width_px, frame.height_px))
     there = np.all((xy > -0.5) & (xy < size - 0.5), axis=1)  # NaN is outside
@@ -234,7 +227,7 @@ def _read_skin(points_px: np.ndarray, frame: Frame, optics: Optics) -> _Skin | N
     band = order[int(_BAND[0] * seen) : int(_BAND[1] * seen)]
     log, trust = _typical(light[band], optics)
     under_eyes = _under_eyes(luminances[len(inside) :], there[len(inside) :])
-    return _Skin(log, trust, luminance, float(luminance[order[seen // 2]]), inside, under_eyes)
+    return Skin(log, trust, luminance, float(luminance[order[seen // 2]]), inside, under_eyes)
 
 
 def _under_eyes(luminance: np.ndarray, inside: np.ndarray) -> float | None:
@@ -274,7 +267,7 @@ def _sane(gain: np.ndarray, trust: float, optics: Optics) -> np.ndarray:
     return np.append(min(max(strength, math.log(STRENGTHS[0])), math.log(STRENGTHS[1])), colour)
 
 
-def _veil(skin: _Skin, gain: np.ndarray, optics: Optics) -> np.ndarray:
+def _veil(skin: Skin, gain: np.ndarray, optics: Optics) -> np.ndarray:
     """Log share and log colour (4,) of the light for veils: see SceneLight.
 
     gain: the log of the light on the face, (3,) in sRGB's primaries.
@@ -305,7 +298,7 @@ def _expected_direction(face: Face, frame: Frame) -> np.ndarray:
     return direction / math.sqrt(direction @ direction)
 
 
-def _direction(points_px: np.ndarray, skin: _Skin, expected: np.ndarray) -> np.ndarray:
+def _direction(points_px: np.ndarray, skin: Skin, expected: np.ndarray) -> np.ndarray:
     """Unit vector to the light, from how the skin's luminance goes with the mesh's normals."""
     corners = points_px.T[_XYZXY].take(TRIANGLES.T, 1)  # (5, 3, T)
     if not math.isfinite(corners.sum()):

@@ -2,6 +2,7 @@
 
 import pytest
 from makeup_video.cli.console import log, printable
+from makeup_video.web.upload import without_controls
 
 
 @pytest.mark.parametrize(
@@ -21,3 +22,8 @@ def test_terminal_control_characters_are_escaped(capsys, text, shown):
     assert printable(text) == shown
     log(text)
     assert capsys.readouterr().err == shown + "\n"
+
+
+def test_the_page_removes_what_a_terminal_escapes():
+    for sign in map(chr, range(0x10000)):
+        assert (without_controls(sign) == "") == (printable(sign) != sign), hex(ord(sign))

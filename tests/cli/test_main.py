@@ -183,5 +183,8 @@ def test_help_that_cannot_be_printed_is_one_line(words):
             [sys.executable, "-m", "makeup_video.cli", *words],
             check=False, stdout=full, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
-    line = "OutputError: stdout cannot be written: No space left on device\n"
+    line = (
+        "OutputError: stdout cannot be written: No space left on device; free some space, or "
+        "choose another disk\n"
+    )
     assert (process.returncode, process.stderr) == (4, line)

@@ -12,6 +12,7 @@ from makeup_video.cli.app import app
 from makeup_video.cli.look_options import LookOptions
 from makeup_video.cli.looks_options import LooksOptions
 from makeup_video.cli.options import parse_time, with_options
+from makeup_video.cli.output_options import OutputOptions
 from makeup_video.pipeline import Look, PhotoError, UsageError, product, ready_look
 from makeup_video.pipeline.reference import estimate
 from reference_photos import certain
@@ -78,6 +79,9 @@ def test_no_two_options_are_defined_with_the_same_text():
         ("90 sec", 90),
         ("2min", 120),
         ("1H 1s", 3601),
+        (" 10", 10),
+        (" 10s ", 10),
+        ("1:30\t", 90),
     ],
 )
 def test_times_are_read_exactly(text, seconds):
@@ -90,6 +94,16 @@ def test_times_are_read_exactly(text, seconds):
 def test_other_times_are_refused(text):
     with pytest.raises(UsageError, match="--end"):
         parse_time(text, "--end")
+
+
+def test_a_refused_time_is_shown_as_it_was_given():
+    with pytest.raises(UsageError, match="got ' 1X'"):
+        parse_time(" 1X", "--end")
+
+
+def test_a_split_counts_by_its_decimals():
+    settings = OutputOptions().settings(LooksOptions(), overwrite=False, split=0.1)
+    assert settings.split_minutes == Fraction(1, 10)
 
 
 def test_the_base_look_is_that_of_a_file_a_photo_or_nothing(tmp_path, monkeypatch, capsys):

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pyopencl as cl
 import pytest
@@ -19,6 +20,15 @@ def test_devices_are_picked_by_number_and_by_name():
         with pytest.raises(UnknownDeviceError, match=r"there is: 0 ") as caught:
             pick(wrong)
         assert "\n" not in str(caught.value)
+
+
+def test_a_number_beyond_the_devices_is_a_part_of_a_name(monkeypatch):
+    platform = SimpleNamespace(name="Card")
+    names = ("RTX 3080", "RTX 4090", "Arc 1")
+    found = [SimpleNamespace(name=name, platform=platform) for name in names]
+    monkeypatch.setattr(devices, "_found", lambda: found)
+    picked = [pick(choice).name for choice in ("4090", "1", "0")]
+    assert picked == ["RTX 4090", "RTX 4090", "RTX 3080"]
 
 
 def test_pocl_comes_first_among_platforms(monkeypatch):

@@ -1,4 +1,4 @@
-"""Tasks for processes, which import them from here."""
+"""Tasks for processes, which import them from here, and the numbers of such processes."""
 
 import os
 import signal
@@ -16,6 +16,16 @@ def square(job, tick):
 
 def die(job, tick):
     os.kill(os.getpid(), signal.SIGKILL)
+
+
+def die_by(number, tick):
+    os.kill(os.getpid(), number)
+
+
+def hang_up(job, tick):
+    """Closes the pipe to the main process, and everything else, and goes on."""
+    os.closerange(3, 256)
+    time.sleep(FOR_EVER)
 
 
 def die_twice(folder, tick):
@@ -59,3 +69,8 @@ def wait_for_ever(note, tick):
     note.with_suffix(".new").write_text(f"{os.getpid()} {os.getppid()}")
     note.with_suffix(".new").rename(note)
     time.sleep(FOR_EVER)
+
+
+def process_id(worker):
+    """The system's number of a ChildProcess; None while there is none."""
+    return None if worker._process is None else worker._process.pid

@@ -102,6 +102,18 @@ def test_a_folder_that_cannot_be_written_names_a_way_out(tmp_path):
         own_certificate("127.0.0.1", tmp_path / "file")
 
 
+def test_a_key_that_cannot_be_read_is_named(own, tmp_path, monkeypatch):
+    key = tmp_path / "key.pem"
+    key.touch()
+
+    def refuse(*_, **__):
+        raise PermissionError(13, "Permission denied")  # as ssl does, without the file's name
+
+    monkeypatch.setattr(ssl.SSLContext, "load_cert_chain", refuse)
+    with pytest.raises(InputError, match=r"key\.pem cannot be read: .*; give yourself the right"):
+        load_context(own, str(key))
+
+
 def test_without_cryptography_the_error_names_the_command(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "cryptography", None)
     with pytest.raises(InstallError, match=r"pip install 'makeup-video\[https\]'"):

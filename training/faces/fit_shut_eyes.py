@@ -14,6 +14,7 @@ from itertools import groupby
 from pathlib import Path
 
 import numpy as np
+from makeup_video.pipeline.faces.crop_layout import EYE_CROP, eye_crops
 from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.faces.nets import FaceNets
 from makeup_video.pipeline.faces.shut_eyes import numbers_of
@@ -37,8 +38,9 @@ def eyes_of(nets: FaceNets, rgb8: np.ndarray) -> np.ndarray | None:
     x, y = faces[0].points_px[nets.part_points, :2].T.astype(np.float64)
     picture = RgbPicture(rgb8)
     layout = nets.layout_around(nets.part_centres(x + 1j * y)).rounded()
-    points, crops, span = nets.read_eyes(picture, layout)
-    return np.stack([numbers_of(*eye, span) for eye in zip(points, crops, strict=True)])
+    (crops,) = picture.crops((eye_crops(layout),))
+    points = nets.eye(crops)["points"]
+    return np.stack([numbers_of(*eye, EYE_CROP.span) for eye in zip(points, crops, strict=True)])
 
 
 def labelled(folder: Path) -> Iterator[tuple[np.ndarray, bool]]:

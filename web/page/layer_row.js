@@ -1,7 +1,7 @@
 // The layers of a kind that may have several: a swatch for each, and buttons to add and remove one.
 
 import { el, fineCanvas } from "./elements.js";
-import { inWords, wholeShape } from "./layers.js";
+import { BOTH, inWords, mostOnAnEye, wholeShape } from "./layers.js";
 import { moveByKeys, putButtons, stopAt } from "./row.js";
 import { drawSwatch } from "./swatch.js";
 
@@ -43,7 +43,7 @@ export class LayerRow {
     const buttons = this.#swatches.map(({ button }) => button);
     putButtons(this.#row, [...buttons, this.#add]);
     layers.forEach((layer, here) => this.#name(layer, here, here === at));
-    this.#add.hidden = layers.length >= this.#kind.most;
+    this.#add.hidden = mostOnAnEye(layers) >= this.#kind.most;
     this.#remove.hidden = layers.length < 2;
     stopAt(this.#row, buttons[at]);
   }
@@ -56,8 +56,9 @@ export class LayerRow {
 
   #name(layer, at, isChosen) {
     const { button, text } = this.#swatches[at];
-    const { slot } = wholeShape(this.#kind, layer.shape);
+    const { slot, eye = BOTH } = wholeShape(this.#kind, layer.shape);
     text.textContent = slot ? inWords(slot) : at + 1;
+    if (eye !== BOTH) text.textContent += `, ${eye} eye`;
     button.setAttribute("aria-label", `Layer ${at + 1}: ${text.textContent}`);
     button.setAttribute("aria-pressed", isChosen);
   }

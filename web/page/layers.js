@@ -1,5 +1,7 @@
 // The layers of a look: those of one kind, and what they are worn with.
 
+export const BOTH = "both"; // of the dial `eye`
+
 /** The layers of one kind, in the order of painting. */
 export const layersOf = (look, kind) => look.layers.filter((layer) => layer.kind === kind.name);
 
@@ -24,6 +26,14 @@ export function anotherLayer(kind, layers, like) {
   const taken = layers.map((layer) => wholeShape(kind, layer.shape).slot);
   const slot = Object.keys(kind.slots).find((name) => !taken.includes(name));
   return { ...structuredClone(like), strength: 1, shape: slot ? { slot } : {} };
+}
+
+/** The most layers, of those of one kind, that lie on the same eye. */
+export function mostOnAnEye(layers) {
+  const [left, right] = ["left", "right"].map(
+    (eye) => layers.filter(({ shape }) => shape.eye === eye).length,
+  );
+  return layers.length - Math.min(left, right);
 }
 
 /** A value for each dial of the kind: the shape's own, else that of its slot, else the default. */

@@ -73,16 +73,17 @@ function colour({ title, help }, put) {
   return { element, set: (hex) => field.set(readHex(hex)) };
 }
 
-/** A choice; that of a slot gives the whole shape, so all numbers become those of the slot. */
+/** A choice; that of a slot gives the shape, so all numbers become those of the slot. */
 function choice(kind, { name, title, help, choices }, edit) {
   const isSlot = name === "slot";
+  const others = kind.dials.filter((dial) => dial.choices.length && dial.name !== name);
+  const isKept = ([key]) => others.some((dial) => dial.name === key);
+  const kept = (shape) => (isSlot ? Object.fromEntries(Object.entries(shape).filter(isKept)) : shape);
   const group = newId(name);
   const radios = choices.map((value) => {
     const radio = el("input", { type: "radio", name: group, value });
     // "click" comes also for the slot that is chosen already, and returns to its numbers
-    radio.addEventListener("click", () =>
-      edit((shape) => (isSlot ? { slot: value } : { ...shape, [name]: value })),
-    );
+    radio.addEventListener("click", () => edit((shape) => ({ ...kept(shape), [name]: value })));
     return radio;
   });
   const element = el(
@@ -93,7 +94,8 @@ function choice(kind, { name, title, help, choices }, edit) {
   );
   const set = (value, shape) => {
     for (const radio of radios) radio.checked = radio.value === value;
-    element.classList.toggle("changed", isSlot && Object.keys(shape).some((key) => key !== name));
+    const isOther = (entry) => entry[0] !== name && !isKept(entry);
+    element.classList.toggle("changed", isSlot && Object.entries(shape).some(isOther));
   };
   return { element, set };
 }

@@ -1,7 +1,6 @@
 """The pictures of a live run -> a receiver on the network: RTMP, SRT or MPEG-TS over UDP."""
 
 import contextlib
-import os
 import time
 from collections.abc import Callable
 from fractions import Fraction
@@ -10,7 +9,14 @@ from urllib.parse import urlsplit
 
 import av
 from av.video.frame import PictureType
-from makeup_video.pipeline.errors import EncodeError, OutputError, UsageError, option
+from makeup_video.pipeline.errors import (
+    EncodeError,
+    OutputError,
+    UsageError,
+    is_of_the_system,
+    option,
+    reason_of,
+)
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.transform import copied, upright
 from makeup_video.pipeline.live.interfaces import LIVE_TIME_BASE, LivePicture
@@ -154,8 +160,7 @@ class Stream:
 
 def _reason(error: Exception) -> str:
     """Return the system's message; FFmpeg's whole message would show the address."""
-    number = getattr(error, "errno", None) or 0
-    return os.strerror(number) if 0 < number < 200 else "no connection"
+    return reason_of(error) if is_of_the_system(error) else "no connection"
 
 
 def bit_rate_for(pixels: int) -> int:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from makeup_video.pipeline.errors import InputError, UsageError, option
+from makeup_video.pipeline.files.disk_errors import unreadable
 from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.live.sources.device import CameraRequest, DeviceCamera
@@ -77,7 +78,7 @@ def _file_of(name: str | None) -> Path | None:
         if _is_device(path):
             return None
     except OSError as error:  # such as a name that is too long
-        raise InputError(f"{path} cannot be read: {error.strerror}") from error
+        raise InputError(unreadable(path, error)) from error
     file = local_file(name, "video")
     if is_picture(file):
         raise InputError(

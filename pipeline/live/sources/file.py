@@ -86,7 +86,7 @@ class FileCamera:
         self._normalise = NormaliseCamera(is_device=False, pixel_aspect=aspect)
         self._closing = Event()
         self._timeline = Timeline(float(1 / source.rate))
-        self._began = 0.0
+        self._began: float | None = None  # when the first frame was due
         self._is_far_behind = False
 
     def close(self) -> None:
@@ -99,7 +99,7 @@ class FileCamera:
     def frames(self) -> Generator[Frame, None, None]:
         """Yield frames. Raises DecodeError when no frame can be decoded, or one not converted."""
         for picture, seconds in self._pictures():
-            if not self._began:
+            if self._began is None:
                 self._began = time.monotonic() - seconds
             due = self._began + seconds
             in_file = self._seconds(picture)
@@ -176,6 +176,7 @@ class FileCamera:
         """True for the packet where decoding can go on: a key frame that is not yet due."""
         if not packet.size:
             return False
+        assert self._began is not None  # only behind a frame that was late
         seconds = self._seconds(packet)
         if packet.is_keyframe and self._began + self._timeline.due(seconds) >= time.monotonic():
             context.flush_buffers()

@@ -2,13 +2,14 @@
 
 import time
 from collections.abc import Generator
+from contextlib import suppress
 from pathlib import Path
 from threading import Event
 from typing import Any, Protocol
 
 import av
 from makeup_video.pipeline.live.sound import RATE, SoundBlock
-from makeup_video.pipeline.media.input_file import lacks_format, open_container
+from makeup_video.pipeline.media.input_file import lacks_format, open_container, packets_of
 
 _POLL_SECONDS = 0.005
 _CHANNELS = {1: "mono", 2: "stereo"}
@@ -91,9 +92,12 @@ def _sound_in(container: Any) -> Any:
 
 
 def _frames(container: Any) -> Generator[av.AudioFrame, None, None]:
-    """Decode the audio; what is damaged is left out."""
-    for packet in container.demux(_sound_in(container)):
-        try:
-            yield from packet.decode()
-        except av.FFmpegError:
-            continue
+    """Decode the audio; what is damaged is left out. A file that is cut short ends there."""
+    with suppress(av.FFmpegError):
+        for packet in packets_of(container, _sound_in(container)):
+            yield from _decoded(packet)
+
+
+def _decoded(packet: Any) -> Generator[av.AudioFrame, None, None]:
+    with suppress(av.FFmpegError):
+        yield from packet.decode()

@@ -43,16 +43,16 @@ class CameraSwitch:
         be opened; the run then goes on with the old one, as soon as that opens again.
         """
         wanted = replace(self._settings, name=name, size=size or self._settings.size)
-        with self._changed:
-            self._is_switching = True
-        try:
-            with self._opening:
+        with self._opening:
+            with self._changed:
+                self._is_switching = True
+            try:
                 self._camera.close()  # a device opens once
                 self._exchange(wanted)
-        finally:
-            with self._changed:
-                self._is_switching = False
-                self._changed.notify_all()
+            finally:
+                with self._changed:
+                    self._is_switching = False
+                    self._changed.notify_all()
 
     def _exchange(self, wanted: CameraSettings) -> None:
         """Open a camera, or again the one that was closed for it."""

@@ -4,7 +4,15 @@ from typing import TYPE_CHECKING
 
 from makeup_video.pipeline.look.kinds.density_map import density_at
 from makeup_video.pipeline.look.kinds.fields import LID, EyePlaces
-from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
+from makeup_video.pipeline.look.kinds.kind import (
+    BOTH_EYES,
+    LEFT_EYE,
+    RIGHT_EYE,
+    Coat,
+    Dial,
+    Kind,
+    Shape,
+)
 from makeup_video.pipeline.look.kinds.ramps import fall, rise, smooth
 from makeup_video.pipeline.look.params import GraphicsParams
 
@@ -158,6 +166,8 @@ KIND = Kind(
     remark="a powder, so softer borders and broader highlights",
     dials=(
         Dial("slot", "lid", "Zone", "The zone in which it lies.", choices=tuple(_SLOTS)),
+        Dial("eye", BOTH_EYES, "Eye", "Which of the wearer's eyes wear it.",
+             choices=(BOTH_EYES, LEFT_EYE, RIGHT_EYE)),
         Dial("low", _LID["low"], "From", "Its lower border: 0 the lash line, 1 the crease, "
              "2 the brow; below 0 under the eye.", low=-1.3, high=2),
         Dial("high", _LID["high"], "To", "Its upper border, in the same heights.",

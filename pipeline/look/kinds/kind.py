@@ -20,6 +20,8 @@ SETTINGS = (
 )  # fmt: skip
 _GLOSSY = 0.4  # gloss of a satin: from it on a product is no longer matte
 Shape = Mapping[str, Any]  # values of a kind's dials by name, none missing
+# Of the dial `eye`: which of the wearer's eyes wear a layer.
+BOTH_EYES, LEFT_EYE, RIGHT_EYE = "both", "left", "right"
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +111,7 @@ class Kind:
     follows_color: True when a colour for a look, without parts, changes this part of it.
     remark: what the documents say of the finishes.
     shown: the shape with which the documents show what each number of it does.
-    most: how many layers of this kind a look may have.
+    most: how many layers of this kind a look may have; of a kind with the dial `eye`, on each eye.
     order: kinds with smaller numbers are painted first.
     region: where on a face it is painted, a key of REGIONS in render/regions.
     coats: what a layer puts on a surface of that region, given its fields, in order of painting.

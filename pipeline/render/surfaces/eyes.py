@@ -31,6 +31,7 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import BROW, EYE, RIGHT_BROW, RIGHT_EYE
 from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.sampling import step_px
+from makeup_video.pipeline.look.kinds import kind
 from makeup_video.pipeline.look.kinds.fields import EyeChart, EyeFields
 from makeup_video.pipeline.render.grid import Grid, PointXY, box_of
 from makeup_video.pipeline.render.lay_coats import lay_coats
@@ -53,6 +54,7 @@ _BEHIND_GLASS = -1.1, -0.6
 _DEEP_SHADE = 2.2  # a lid darker than a fifth of the face lies in the shade, or behind glass
 # Forehead, chin; outer and inner corners of both eyes.
 _CORNERS = np.array([10, 152, EYE[0], EYE[8], RIGHT_EYE[0], RIGHT_EYE[8]])
+NUMBERS = {kind.RIGHT_EYE: 0, kind.LEFT_EYE: 1}  # of the surfaces: EYE is the wearer's right one
 _NARROWEST_PX = 4
 # How far, in widths of the eye, an open eye opens at least, and a shut one at most.
 _OPEN = 0.07, 0.03
@@ -63,6 +65,7 @@ EYE_CURVES = tuple(
     )
     for eye, brow in ((EYE, BROW), (RIGHT_EYE, RIGHT_BROW))
 )
+LASH_CURVE, FOLD_CURVE = 0, 2  # places in the curves of an eye
 # For the kernel: of both eyes, (10, RING_POINTS), filled up with zeros.
 LID_RINGS = np.zeros((2 * LID_CURVES, RING_POINTS), np.int32)
 for _ring, _curve in zip(LID_RINGS, (curve for eye in EYE_CURVES for curve in eye), strict=True):

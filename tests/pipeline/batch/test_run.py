@@ -26,6 +26,7 @@ from makeup_video.pipeline.engine.processes import ChildProcess
 from makeup_video.pipeline.images import picture_size
 from media import make_clip
 from people import SAMPLES, clip, write_video
+from process_tasks import process_id
 
 BARE = Look()
 BERRY = Look(lips=product((120, 10, 60), "satin"))
@@ -79,8 +80,8 @@ def test_a_process_that_dies_ends_its_job_alone(tmp_path):
 
     def kill():
         if not killed:
-            killed.append(worker.process_id)
-            os.kill(worker.process_id, signal.SIGKILL)
+            killed.append(process_id(worker))
+            os.kill(killed[0], signal.SIGKILL)
 
     jobs = [job_of(str(long), "a", look=BERRY), job_of(str(short), "b")]
     with Journal(tmp_path / "j.jsonl") as journal:

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from multiprocessing import active_children
 from pathlib import Path
 
 import process_tasks
@@ -16,6 +17,7 @@ from makeup_video.pipeline import (
     UsageError,
     WorkerError,
 )
+from makeup_video.pipeline.engine import processes
 from makeup_video.pipeline.engine.jobs import run_jobs
 from makeup_video.pipeline.engine.processes import ChildProcess
 
@@ -80,13 +82,30 @@ def test_what_listens_may_end_all_jobs():
 
     with pytest.raises(OutputError, match="no room"):
         run_jobs(process_tasks.refuse_odd, [1, 2], [worker], lambda *_: None, refuse)
-    assert not Path(f"/proc/{worker.process_id}").exists()
+    assert not Path(f"/proc/{process_tasks.process_id(worker)}").exists()
 
 
 def test_a_killed_process_is_one_line():
     (error,) = results_of(process_tasks.die, [0]).values()
     assert isinstance(error, WorkerError) and "was ended by SIGKILL, perhaps" in str(error)
     assert len(str(error).splitlines()) == 1
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGRTMIN"), reason="needs real-time signals")
+def test_a_signal_without_a_name_is_named_by_its_number():
+    number = signal.SIGRTMIN + 1
+    (error,) = results_of(process_tasks.die_by, [number]).values()
+    assert isinstance(error, WorkerError) and str(error).endswith(f"by signal {int(number)}")
+
+
+def test_a_process_that_does_not_end_is_one_line(monkeypatch):
+    monkeypatch.setattr(processes, "_SOON_SECONDS", 0)
+    try:
+        (error,) = results_of(process_tasks.hang_up, [0]).values()
+    finally:
+        for process in active_children():
+            process.kill()
+    assert isinstance(error, WorkerError) and str(error).endswith("its pipe and did not end")
 
 
 def test_a_job_whose_process_is_killed_is_tried_again(tmp_path):
@@ -127,7 +146,7 @@ def test_a_stopped_worker_does_no_job():
     with pytest.raises(UsageError, match="workers serve one video"):
         worker.run(process_tasks.square, 1, lambda value: None)
     worker.stop()
-    assert worker.process_id is None
+    assert process_tasks.process_id(worker) is None
 
 
 def test_workers_leave_stop_signals_to_the_main_process():

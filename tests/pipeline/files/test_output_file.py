@@ -54,7 +54,7 @@ def test_a_nul_in_the_name_of_an_output_is_one_line(tmp_path, source):
         process_video(source, tmp_path / "a\0.mp4", None)
     with pytest.raises(OutputError, match=gone):
         process_looks(source, looks)
-    with pytest.raises(OutputError, match="no file has such a name"):
+    with pytest.raises(OutputError, match="no file has such a name; choose another"):
         Look().save(tmp_path / "a\0.json")
     assert names(tmp_path) == ["in.mp4"]
 

@@ -106,6 +106,8 @@ def test_crf_and_preset_reach_the_encoder_or_are_refused(name):
                 encoder_options(codec, wrong, None)
     with pytest.raises(UsageError, match=r"^preset must be"):
         encoder_options(codec, None, "quick")
+    with pytest.raises(UsageError, match=r"got 'Very-Quick'$"):
+        encoder_options(codec, None, "Very-Quick")
     for preset in codec.presets or ():
         assert preset in encoder_options(codec, None, preset).values()
 

@@ -8,6 +8,7 @@ from makeup_video.pipeline.reference import cheeks
 from makeup_video.pipeline.reference.cheeks import see_cheeks
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
+from makeup_video.pipeline.render.opencl import once_a_process
 from people import portrait
 from reference_photos import face
 
@@ -28,9 +29,8 @@ def opened(monkeypatch):
         return devices[-1]
 
     monkeypatch.setattr(cheeks, "open_device", opening)
-    cheeks._shared_kernel.cache_clear()
-    yield devices
-    cheeks._shared_kernel.cache_clear()
+    monkeypatch.setattr(cheeks, "_shared_kernel", once_a_process(cheeks._shared_kernel.__wrapped__))
+    return devices
 
 
 def test_photos_share_a_device(opened):

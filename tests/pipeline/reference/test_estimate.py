@@ -35,7 +35,7 @@ from makeup_video.pipeline.reference.estimate import (
     estimate_photo,
     product_with,
 )
-from makeup_video.pipeline.reference.flat_lids import flat_heights
+from makeup_video.pipeline.reference.flat_lids import flat_rings
 from makeup_video.pipeline.reference.read_makeup import WORN_FROM
 from people import SAMPLES, grey, portrait, put
 from reference_photos import face
@@ -85,8 +85,8 @@ def test_glitter_on_the_lids_of_a_photo_is_read_as_shimmer():
     pale = Layer("eyeshadow", product("#9FD8E6", "matte", "eyes"), {"slot": "full"})
     plain = apply_look(portrait(), Look([Layer("lipstick", product("#B4002E", "satin")), pale]))
     to_px, _ = crop_around(face(), "eyes")
-    heights = flat_heights()
-    lids = input_places(face(), "eyes")[:, (heights > 0.3) & (heights < 1.5)].reshape(2, -1)
+    rings = flat_rings()
+    lids = input_places(face(), "eyes")[:, (rings > 0.3) & (rings < 1.5)].reshape(2, -1)
     specks = lids[:, np.random.default_rng(0).random(lids.shape[1]) < 0.06]
     x, y = np.rint(to_px[:, :2] @ specks + to_px[:, 2:]).astype(int)
     glitter = plain.copy()

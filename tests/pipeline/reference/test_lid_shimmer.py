@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from makeup_video.pipeline.faces.face import moved, resized
 from makeup_video.pipeline.reference.flat_lids import (
     FLAT_WH,
-    flat_heights,
     flat_places_across,
+    flat_rings,
 )
 from makeup_video.pipeline.reference.lid_shimmer import fine_highlights, lid_shimmer, lids_of
 from makeup_video.pipeline.reference.photo_light import photo_light
@@ -40,7 +40,7 @@ def test_even_lids_are_matte(rgb):
 def test_soft_light_is_no_shimmer(rgb, more):
     """Such light is brightest in the middle of the lid, as on a ball."""
     across = np.exp(-np.square(flat_places_across() / 0.3))
-    down = np.exp(-np.square((flat_heights() - 0.6) / 0.5))
+    down = np.exp(-np.square((flat_rings() - 0.6) / 0.5))
     lit = even(rgb) + more * (down[:, None] * across)[..., None]
     assert lid_shimmer(np.uint8(np.minimum(lit, 255))) == 0
 
@@ -65,7 +65,7 @@ def test_specks_beside_the_lids_do_not_count():
     lids, specks = even((120, 90, 80)), with_specks(even((120, 90, 80)), (255, 255, 255), 0.3)
     beside = np.abs(flat_places_across()) > 0.55
     lids[:, beside] = specks[:, beside]
-    off = (flat_heights() < -0.1) | (flat_heights() > 2.1)
+    off = (flat_rings() < -0.1) | (flat_rings() > 2.1)
     lids[off] = specks[off]
     assert lid_shimmer(lids) == 0
 
@@ -101,7 +101,7 @@ def test_lids_beyond_the_border_are_not_read():
 
 
 def test_rows_and_columns_are_those_of_flat_lids():
-    heights, across = flat_heights(), flat_places_across()
-    assert heights.shape == (HIGH,) and (np.diff(heights) < 0).all() and 0 in heights
+    rings, across = flat_rings(), flat_places_across()
+    assert rings.shape == (HIGH,) and (np.diff(rings) < 0).all() and 0 in rings
     assert across.shape == (WIDE,) and (across == across[::-1]).all()
     assert across[0] == pytest.approx(0.92) and across[WIDE // 2] == pytest.approx(-0.72)

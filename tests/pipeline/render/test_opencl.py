@@ -1,5 +1,6 @@
 """The OpenCL device, and the product's own errors when no device can be opened."""
 
+import os
 from unittest.mock import Mock
 
 import pyopencl as cl
@@ -7,7 +8,7 @@ import pytest
 from makeup_video.kernels import cache, devices
 from makeup_video.kernels.cache import NoRoomError
 from makeup_video.pipeline import InstallError, OutputError, UsageError
-from makeup_video.pipeline.render.opencl import lost_kernels, open_device
+from makeup_video.pipeline.render.opencl import lost_kernels, once_a_process, open_device
 
 
 def test_the_default_device_is_the_processor():
@@ -32,6 +33,14 @@ def test_no_room_for_kernels_is_an_output_error(monkeypatch):
     monkeypatch.setattr(devices, "settle", no_room)
     with pytest.raises(OutputError, match="need a folder with room"):
         open_device()
+
+
+def test_a_forked_process_makes_its_own_kernels(monkeypatch):
+    make = once_a_process(lambda *args: (object(), *args))
+    assert make() is make() and make("cpu") is make("cpu") and make("cpu")[1:] == ("cpu",)
+    before = make()
+    monkeypatch.setattr(os, "getpid", lambda: -1)
+    assert make() is not before and make() is make()
 
 
 def test_kernels_that_are_lost_are_one_line_with_the_remedy(monkeypatch, tmp_path):

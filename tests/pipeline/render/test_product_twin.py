@@ -1,6 +1,7 @@
 """Products under a scene's light: from parameters to the numbers of the kernel."""
 
 from dataclasses import astuple
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup import codings, lights, params, places, product, white_light
 from makeup_video.kernels.colour import HLG, PQ, Coding, product_linear
+from makeup_video.pipeline.render.product_material import LUMINANCE
 from makeup_video.pipeline.render.product_twin import SkinAxes, material
 from makeup_video.pipeline.render.scene import SceneLight
 
@@ -101,6 +103,23 @@ def test_metals_without_a_primary_add_none_of_it(rgb):
 def test_only_pale_products_have_silver_sparkles():
     pale, black = (lit(shimmer=1, shimmer_tint=0, red=c, green=c, blue=c).sparkle for c in (230, 4))
     assert min(pale) > 1.5 and max(black) < 0.2
+
+
+@given(st.floats(0, 255), st.floats(0, 255), st.floats(0, 255), st.floats(0, 1))
+def test_a_highlight_has_the_hue_of_deep_products_alone(red, green, blue, share):
+    """A white haze on deep lipstick looks like ash."""
+    of = partial(lit, gloss=1, gloss_detail=0.0, shimmer=0)
+    white = of(red=255, green=255, blue=255).glint
+    rgb = np.array([red, green, blue])
+    product = product_linear(rgb, Coding())
+    glint = np.array(of(red=red, green=green, blue=blue).glint) / white
+    assert (glint <= 1 + 1e-6).all() and (glint >= 0.3 - 1e-6).all()
+    brighter = np.argsort(product, kind="stable")
+    assert (np.diff(glint[brighter]) >= -1e-6).all()  # the product's brightest channel stays most
+    if product @ LUMINANCE >= 0.15:
+        assert glint == pytest.approx(1)
+    darker = of(red=share * red, green=share * green, blue=share * blue).glint
+    assert (np.array(darker) / white <= glint + 1e-6).all()
 
 
 def test_gloss_is_shared_between_own_and_synthetic_highlights():

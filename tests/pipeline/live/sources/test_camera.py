@@ -8,7 +8,7 @@ from PIL import Image
 
 
 def test_a_name_too_long_for_any_file_is_refused_in_one_line():
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="cannot be read: File name too long; give a file"):
         open_source(CameraSettings(name="x" * 5000), pytest.fail)
 
 

@@ -2,6 +2,7 @@
 
 import os
 import threading
+from types import SimpleNamespace
 
 import pytest
 from makeup_video.pipeline import MakeupVideoError
@@ -113,6 +114,41 @@ def test_a_camera_that_is_gone_for_a_while_comes_back(clips, tmp_path, monkeypat
     notice = f"camera {name} cannot be opened now: waiting for it"
     assert lines == [notice, notice, f"camera {name} is open again"]
     assert switch.notice == ""
+
+
+def test_a_choice_that_waits_for_another_counts_as_a_change(monkeypatch):
+    """Otherwise `frames` would take the camera that it closes for one that has ended."""
+    changing, waits, threads, lock = {}, threading.Event(), {}, threading.Lock()
+
+    class Opening:
+        def __enter__(self):
+            if threading.current_thread() is threads["b"]:
+                waits.set()
+                threads["a"].join()
+            lock.acquire()
+
+        def __exit__(self, *_):
+            lock.release()
+
+    def open_source(settings, log):
+        if settings.name == "a":
+            threads["b"].start()
+            assert waits.wait(60)
+
+        def close():
+            changing[settings.name] = switch._is_switching
+
+        return SimpleNamespace(name=settings.name, path=None, dropped=0, close=close)
+
+    monkeypatch.setattr(switch_module, "Lock", Opening)
+    monkeypatch.setattr(switch_module, "open_source", open_source)
+    switch = CameraSwitch(CameraSettings(name="first"), pytest.fail)
+    for name in ("a", "b"):
+        threads[name] = threading.Thread(target=switch.choose, args=(name, "64x64"))
+    threads["a"].start()
+    for name in ("a", "b"):
+        threads[name].join()
+    assert changing == {"first": True, "a": True} and switch.name == "b"
 
 
 def test_a_video_that_ends_ends_the_run(clips):
