@@ -133,10 +133,11 @@ def _spaced(kind: Kind, text: str) -> str:
 
 
 def _is_word(kind: Kind, text: str) -> bool:
-    """Whether a text is a finish, a zone or a share, which come after the colour."""
+    """Whether a text is a finish, a zone, an eye or a share, which come after the colour."""
     number = number_of(text)
     is_share = number is not None and 0 <= number <= 1
-    return bool(finish_of(text) or slot_named(text, kind) or is_share)
+    is_choice = slot_named(text, kind) or _choice_named(kind, text)
+    return bool(finish_of(text) or is_choice or is_share)
 
 
 def _names_of_dials(kind: Kind) -> list[str]:
@@ -154,6 +155,8 @@ def _meaning(kind: Kind, word: str) -> tuple[str, Any]:
         return "finish", finish
     if slot := slot_named(word, kind):
         return "slot", slot
+    if chosen := _choice_named(kind, word):
+        return chosen
     if (dial := _dial_named(kind, word)) and not dial.is_map:
         raise UsageError(
             f"{option(kind.part)}: {word.strip()} needs a value, as in {_example(dial)}"
@@ -168,6 +171,12 @@ def _meaning(kind: Kind, word: str) -> tuple[str, Any]:
 
 def _dial_named(kind: Kind, name: str) -> Dial | None:
     return next((dial for dial in kind.dials if plain(dial.name) == plain(name)), None)
+
+
+def _choice_named(kind: Kind, word: str) -> tuple[str, str] | None:
+    """The dial, other than the zone, of which a word is a choice, and that: "left" is an eye."""
+    choices = [(dial.name, one) for dial in kind.dials for one in dial.choices]
+    return next((pair for pair in choices if plain(pair[1]) == plain(word)), None)
 
 
 def _example(dial: Dial) -> str:

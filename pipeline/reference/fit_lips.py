@@ -20,6 +20,7 @@ from makeup_video.pipeline.reference.neutral_face import LUMINANCE, NeutralFace
 from makeup_video.pipeline.reference.product_film import ProductFilm, ramp
 from makeup_video.pipeline.reference.read_lipstick import LipstickForm
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
+from makeup_video.pipeline.render.product_material import hue_in_highlight
 
 # Bare lips, as training/worn/bare_skin.py measures, and how lipstick of opacity 1 shows on them, by
 # what comes across best of real photos (docs/decisions/reference.md).
@@ -53,8 +54,8 @@ _HARDLY_DARKER = 4.0  # by how much darker than that, in L*, a border is still n
 _DARKER = 6.0  # by how much more it is a whole one
 _NARROW = 2.5  # how many times as much a rim differs as is seen, since it is narrow
 _DARKEST_RIM = 0.5  # of the lipstick's L*: darker ones would stand out as a black outline
-# Taken off the lips' roots for gloss 1: half of what it adds to their median. With all of it lips
-# came out too dark in a blind choice.
+# Taken off the lips' roots for gloss 1 whose light is white: half of what it adds to their median.
+# With all of it lips came out too dark in a blind choice.
 _SHINE = 0.015
 
 
@@ -100,7 +101,8 @@ def fit_lips(
     skin = TypicalSkin.of(neutral, _OWN_HUE)
     lips_roots = _no_chalk(skin, skin.roots(seen))
     gradient = max(form.gradient, _least_gradient(float(skin.lab(lips_roots)[0]), probability))
-    matte = lips_roots - _SHINE * min(gloss, 1) * opacity
+    white = 1 - hue_in_highlight(float(lips_roots**2 * skin.linear @ LUMINANCE))
+    matte = lips_roots - _SHINE * min(gloss, 1) * opacity * white
     dense = 1 - _THINNER * gradient * gradient
     roots = np.clip(FILM.product_for(matte, opacity * dense), 0, skin.most())
     finish = nearest_finish(opacity, gloss, roughness, reflection, shimmers=False)

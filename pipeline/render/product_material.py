@@ -31,7 +31,7 @@ _DEEP = 0.5  # of it on a deep colour: a brighter sparkle would lose its hue
 _PEARL = 0.3  # sheen of the sparkles that are too fine to be seen, at shimmer 1
 # Luminance below which a highlight takes the product's hue, and how much of it that of a black one
 # takes: a white haze on deep lipstick looks like ash. In photos such shine is red or violet, too.
-_DEEP_BELOW, _DEEPEST = 0.15, 0.7
+_DEEP_BELOW, _DEEPEST = 0.13, 0.7
 _BLACK = 0.02  # linear light: a product whose brightest channel is below it has no hue to speak of
 _PALE = 0.35  # luminance from which on a product may have silver sparkles
 _LEAST_SILVER = 0.15  # of silver sparkles that stays on a black product
@@ -129,11 +129,16 @@ def _mixed(params: GraphicsParams) -> _Mixed:
     tint = hue + silver * (1 - hue)
     metallic = params.shimmer * params.shimmer_tint
     # metals colour what they mirror, and mirror more of it
-    coloured = max(metallic, _DEEPEST * (1 - min(luminance / _DEEP_BELOW, 1.0)))
+    coloured = max(metallic, hue_in_highlight(luminance))
     mirrored = (1 + coloured * (hue - 1)) * (1 + _METAL * metallic)
     glint = mirrored * _GLINT * sheen * (1 - params.gloss_detail)
     sparkle = (_DEEP + (1 - _DEEP) * pale) * tint
     return _Mixed(*(tuple(light.tolist()) for light in (product, tint, sparkle, glint)))
+
+
+def hue_in_highlight(luminance: float) -> float:
+    """How much of its own hue the highlight of a product of this luminance has, 0..1."""
+    return _DEEPEST * (1 - min(luminance / _DEEP_BELOW, 1.0))
 
 
 @lru_cache

@@ -110,13 +110,12 @@ def test_a_highlight_has_the_hue_of_deep_products_alone(red, green, blue, share)
     """A white haze on deep lipstick looks like ash."""
     of = partial(lit, gloss=1, gloss_detail=0.0, shimmer=0)
     white = of(red=255, green=255, blue=255).glint
-    rgb = np.array([red, green, blue])
-    product = product_linear(rgb, Coding())
+    product = product_linear((red, green, blue), Coding())
     glint = np.array(of(red=red, green=green, blue=blue).glint) / white
     assert (glint <= 1 + 1e-6).all() and (glint >= 0.3 - 1e-6).all()
     brighter = np.argsort(product, kind="stable")
     assert (np.diff(glint[brighter]) >= -1e-6).all()  # the product's brightest channel stays most
-    if product @ LUMINANCE >= 0.15:
+    if product @ LUMINANCE >= 0.13:
         assert glint == pytest.approx(1)
     darker = of(red=share * red, green=share * green, blue=share * blue).glint
     assert (np.array(darker) / white <= glint + 1e-6).all()
