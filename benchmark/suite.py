@@ -106,7 +106,10 @@ def sample_clip(clip: str | None) -> Path:
 
     source = Path(clip) if clip else _SAMPLES / "in.mp4"
     if clip is None and not source.exists():
-        raise InputError(f"the sample {source} is not installed: give a CLIP to measure with")
+        raise InputError(
+            f"the sample {source} is not installed: give a CLIP to measure with, such as "
+            "samples/in.mp4 of a clone"
+        )
     source = local_file(source, "video")
     if is_picture(source):
         raise InputError(f"{source} is a picture, and a benchmark needs a video: give one")

@@ -46,7 +46,8 @@ class DefaultGroup(Group):
         ]
 
     def _check_first_word(self, ctx: Any, args: list[str]) -> None:
-        """Raise a usage error for "help", a mistyped command, or a lone word, unless it is a file.
+        """Raise a usage error for "help", a mistyped command, or a word that is alone or before a
+        file, unless it is a file.
 
         An input that does not exist, with options after it, is left to the command.
         """
@@ -55,7 +56,7 @@ class DefaultGroup(Group):
             return
         if meant := closest(word.lower(), self.commands):
             ctx.fail(f"there is no command and no file {word}: did you mean {meant}?")
-        if word == _HELP or len(args) == 1:
+        if word == _HELP or len(args) == 1 or os.path.isfile(args[1]):
             ctx.fail(f"there is no command and no file {word}")
 
 

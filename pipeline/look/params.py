@@ -129,11 +129,14 @@ class GraphicsParams:
 
     @classmethod
     def from_dict(cls, values: Any, where: str = "product") -> Self:
-        """Raises LookError that names the key, what it may be, and what came."""
+        """A product from its parameters by name; `color`, as "#B4002E", may stand for red, green and
+        blue. Raises LookError that names the key, what it may be, and what came."""
         if not isinstance(values, dict):
             raise LookError(f"{where} must be an object, got {shown(values)}")
         specs = {spec.name: spec for spec in fields(cls)}
-        refuse_unknown(where, values, specs)
+        refuse_unknown(where, values, (*specs, "color"))
+        if "color" in values:
+            values = _with_rgb(values, where)
         for name, spec in specs.items():
             if spec.default is MISSING and name not in values:
                 text = _range_text(spec.metadata["low"], spec.metadata["high"])
@@ -142,6 +145,19 @@ class GraphicsParams:
             metadata = specs[name].metadata
             check_number(f"{where}.{name}", value, metadata["low"], metadata["high"])
         return cls(**values)
+
+
+def _with_rgb(values: dict[str, Any], where: str) -> dict[str, Any]:
+    """The parameters of a product with red, green and blue in place of its `color`."""
+    rest = dict(values)
+    colour = rest.pop("color")
+    rgb = rgb_of_hex(colour) if isinstance(colour, str) else None
+    if rgb is None:
+        raise LookError(f"{where}.color must be a colour such as '#B4002E', got {shown(colour)}")
+    names = ("red", "green", "blue")
+    if twice := [name for name in names if name in rest]:
+        raise LookError(f"{where} has color and {twice[0]}: leave one of them out")
+    return dict(zip(names, rgb, strict=True)) | rest
 
 
 def refuse_unknown(where: str, values: dict[str, Any], known: Any) -> None:

@@ -30,8 +30,8 @@ _DARKEST = 0.1  # light on the cheeks, as a share of the one on plain skin
 _STIFF = 1e-4  # keeps the product's root at that of skin
 # Blush is painted more vivid and lighter than it is fitted: it fades over half of its place.
 _VIVID = 1.1  # times as vivid
-_LIGHTEN = 0.2  # what of the light that it takes is given back
-_STANDS_OUT = 1.5  # more vivid still: part of a blush is taken for light
+_LIGHTEN = 0.15  # what of the light that it takes is given back
+_STANDS_OUT = 1.4  # more vivid still: part of a blush is taken for light
 # How much of what a red blush yellows is kept: on skin that is warmer than the photo's it would be
 # orange.
 _YELLOWS = 0.45

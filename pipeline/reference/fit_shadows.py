@@ -56,6 +56,12 @@ _COLDER = 4.0
 _SURELY_WARM = 4.0  # a* and b* of the cold ones in the photo's light from which they bound wholly
 _ALL_FROM = 0.3  # probability of eyeshadow from which on all of the opacity is painted
 _UNLIKELY_SHARE = 0.6  # what of it is painted where eyeshadow is hardly likely
+# Black, grey and dark brown: up to which share of skin's luminance, and up to which chroma. A colour
+# beside them is soft and red up to this difference from skin in a* and b*, and from this one in a*
+# on. Where the black is more than a share of that colour, so much of the difference is kept.
+_DARK, _BLACK_CHROMA = 0.25, 30.0
+_SOFT_CHROMA, _REDDISH = 45.0, 4.0
+_MUCH_BLACK, _CALM_RIM = 0.5, 0.6
 # The luminance that powder has at least, since its surface reflects light, too. Without it, a black
 # lid that shuts is a hole.
 _BLACK = 0.0116
@@ -105,6 +111,7 @@ def fit_shadows(
     labs_in_photo = lab_of_linear(on_map(seen) ** 2 * neutral.skin * neutral.light)
     found = replace(found, roots=_no_colder(found, shown, labs_in_photo, skin, neutral.light))
     found = replace(found, densities=_without_brows(found, skin))
+    found = replace(found, roots=_calm_beside_black(found, skin))
     share = likely_share(probability, _ALL_FROM, _UNLIKELY_SHARE)
     return _layers(found, skin, shimmer * ramp(_light_inside(seen), _LIGHT_INSIDE), share)
 
@@ -219,6 +226,20 @@ def _without_brows(found: Spread, skin: TypicalSkin) -> np.ndarray:
             like_hair = np.clip((last - root**2 @ LUMINANCE) / (last - first), 0, 1)
             density[: len(above)] *= 1 - like_hair + like_hair * fades
     return densities
+
+
+def _calm_beside_black(found: Spread, skin: TypicalSkin) -> np.ndarray:
+    """The roots of the products, (N, 3), where soft reds and browns beside much black or grey are
+    less vivid: at its border black is skin in the shade, and was painted with a red rim."""
+    labs, plain = skin.lab(found.roots), skin.lab(np.ones(3))
+    is_dark = found.roots**2 @ LUMINANCE < _DARK
+    is_black = is_dark & (np.linalg.norm(labs[:, 1:], axis=1) < _BLACK_CHROMA)
+    amounts = found.opacities * found.densities.sum((1, 2))
+    off = labs[:, 1:] - plain[1:]
+    calmed = ~is_dark & (off[:, 0] > _REDDISH) & (np.linalg.norm(off, axis=1) < _SOFT_CHROMA)
+    calmed &= amounts[is_black].sum() > _MUCH_BLACK * amounts
+    labs[calmed, 1:] = plain[1:] + _CALM_RIM * off[calmed]
+    return np.where(calmed[:, None], skin.roots_of(labs), found.roots)
 
 
 def _no_blacker(root: np.ndarray, opacity: float, skin: TypicalSkin) -> tuple[np.ndarray, float]:

@@ -27,7 +27,7 @@ def liner(read: ReadLayer, form: LinerForm, lower: float = 0.0, probability: flo
         shape["lower"] = lower
     if form.wing is not None:
         shape |= {"wing": form.wing.length, "wing_angle": form.wing.angle}
-    worn = product(read.rgb, kind.first_finish, kind.part)
+    worn = product([round(code, 3) for code in read.rgb], kind.first_finish, kind.part)
     share = likely_share(probability, _ALL_FROM, _UNLIKELY_SHARE)
     opacity = round(share * max(read.opacity, _LEAST_OPAQUE), 3)
     return Layer(kind.name, replace(worn, opacity=opacity), shape)

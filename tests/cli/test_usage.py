@@ -98,6 +98,12 @@ def test_a_lone_file_lacks_only_its_output(folder):
     assert run("help") == (2, "UsageError: -o/--output is missing. See makeup-video --help.")
 
 
+def test_a_word_before_a_file_is_no_input(folder):
+    (folder / "in.mp4").write_bytes(b"no video")
+    line = "UsageError: there is no command and no file paint. See makeup-video --help."
+    assert run("paint", "in.mp4", "--look", "none", "-o", "out.mp4") == (2, line)
+
+
 def test_a_file_named_nearly_like_a_command_is_a_file(folder):
     (folder / "inspct").write_bytes(b"no video")
     code, line = run("inspct", "--look", "none", "-o", "out.mp4")
