@@ -27,7 +27,8 @@ EXAMPLES = (
 
 def bench(
     clip: Annotated[
-        str | None, typer.Argument(metavar="[CLIP]", help="A video; default: our sample, in a clone.")
+        str | None,
+        typer.Argument(metavar="[CLIP]", help="A video; default: our sample, in a clone."),
     ] = None,
     ref: RefPhoto = None,
     look: SavedLook = None,

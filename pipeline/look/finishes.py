@@ -135,22 +135,19 @@ def parse_finish(text: str) -> str:
     return finish
 
 
-def product(
-    colour: Collection[float] | str, finish: str | None = None, part: str = "lips"
-) -> GraphicsParams:
+def product(colour: Collection[float] | str, finish: str, part: str = "lips") -> GraphicsParams:
     """A product of a colour and a finish, for a part of a look: a key of PARTS, such as "lips".
 
     colour: as under neutral light: "#B4002E", a name of CSS, or red, green and blue as sRGB-encoded
-    code values 0..255.  finish: a name of FINISHES, or another word for one, such as "glossy";
-    None: that of a colour of this part that comes without one.
+    code values 0..255.  finish: a name of FINISHES, or another word for one, such as "glossy".
     Raises UsageError for an unknown name, LookError for a number out of its range, TypeError for
     another type.
     """
+    if not isinstance(finish, str):
+        raise TypeError(f"a finish is a name such as 'gloss', got {finish!r}")
+    known = parse_finish(finish)
     if part not in PARTS:
         raise UsageError(f"a part is one of {', '.join(PARTS)}, got {part!r}")
-    if not isinstance(finish, str | None):
-        raise TypeError(f"a finish is a name such as 'gloss', got {finish!r}")
-    known = PARTS[part].first_finish if finish is None else parse_finish(finish)
     wanted = "a colour is '#B4002E', a name such as 'darkred', or red, green and blue"
     if not isinstance(colour, Collection):
         raise TypeError(f"{wanted}, got {colour!r}")

@@ -129,8 +129,8 @@ class GraphicsParams:
 
     @classmethod
     def from_dict(cls, values: Any, where: str = "product") -> Self:
-        """A product from its parameters by name; `color`, as "#B4002E", may stand for red, green and
-        blue. Raises LookError that names the key, what it may be, and what came."""
+        """A product from its parameters by name; `color`, as "#B4002E", may stand for the first
+        three. Raises LookError that names the key, what it may be, and what came."""
         if not isinstance(values, dict):
             raise LookError(f"{where} must be an object, got {shown(values)}")
         specs = {spec.name: spec for spec in fields(cls)}

@@ -146,8 +146,8 @@ def open_container(path: Path) -> Any:
                 "or was cut short. Wait until it is whole, copy it again, or repair it"
             ) from error
         raise InputError(
-            f"{path} is not a video or picture file that can be read ({reason_of(error)}): give one "
-            "that opens in a player or viewer; playlists are not followed"
+            f"{path} is not a video or picture file that can be read ({reason_of(error)}): give "
+            "one that opens in a player or viewer; playlists are not followed"
         ) from error
 
 

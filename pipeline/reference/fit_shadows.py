@@ -54,11 +54,14 @@ _COLD_PERCENTILE = 25  # of a* and b* of the cells where a product lies: the col
 _COLDEST_PERCENTILE = 5
 _COLDER = 4.0
 _SURELY_WARM = 4.0  # a* and b* of the cold ones in the photo's light from which they bound wholly
+# No product is greener or bluer than so many times what its cold cells are in the photo's light,
+# and by that much in a* and b*.
+_BLUER, _BLUER_BY = 2.5, 8.0
 _ALL_FROM = 0.3  # probability of eyeshadow from which on all of the opacity is painted
 _UNLIKELY_SHARE = 0.6  # what of it is painted where eyeshadow is hardly likely
-# Black, grey and dark brown: up to which share of skin's luminance, and up to which chroma. A colour
-# beside them is soft and red up to this difference from skin in a* and b*, and from this one in a*
-# on. Where the black is more than a share of that colour, so much of the difference is kept.
+# Black, grey and dark brown: up to which share of skin's luminance, and up to which chroma. Colours
+# beside them are soft and red up to this difference from skin in a* and b*, and from this one in a*
+# on. Where the black is more than a share of such a colour, so much of the difference is kept.
 _DARK, _BLACK_CHROMA = 0.25, 30.0
 _SOFT_CHROMA, _REDDISH = 45.0, 4.0
 _MUCH_BLACK, _CALM_RIM = 0.5, 0.6
@@ -110,6 +113,7 @@ def fit_shadows(
     found = spread(shown, cells, *first, skin.most(), lined, winged)
     labs_in_photo = lab_of_linear(on_map(seen) ** 2 * neutral.skin * neutral.light)
     found = replace(found, roots=_no_colder(found, shown, labs_in_photo, skin, neutral.light))
+    found = replace(found, roots=_no_bluer(found, labs_in_photo, skin))
     found = replace(found, densities=_without_brows(found, skin))
     found = replace(found, roots=_calm_beside_black(found, skin))
     share = likely_share(probability, _ALL_FROM, _UNLIKELY_SHARE)
@@ -208,6 +212,25 @@ def _no_colder(
             more = np.maximum(more, sure * (as_dark - lab))
         if more[1:].any():
             lab[1:] += more[1:]
+            root[:] = skin.roots_of(lab)
+    return roots
+
+
+def _no_bluer(found: Spread, labs_in_photo: np.ndarray, skin: TypicalSkin) -> np.ndarray:
+    """The roots of the products, (N, 3), bounded by what is seen where they lie in any light: black
+    and white liner, and smoke, are no blue or teal.
+
+    labs_in_photo: as of _no_colder.
+    """
+    roots = found.roots.copy()
+    for root, density in zip(roots, found.densities, strict=True):
+        there = density > _DENSE * density.max()
+        if not there.any():
+            continue
+        lab, looks = skin.lab(root), np.percentile(labs_in_photo[there], _COLD_PERCENTILE, axis=0)
+        bluest = _BLUER * np.minimum(looks[1:], 0) - _BLUER_BY
+        if (lab[1:] < bluest).any():
+            lab[1:] = np.maximum(lab[1:], bluest)
             root[:] = skin.roots_of(lab)
     return roots
 

@@ -1,11 +1,15 @@
 """Small pictures: upright, at the same moment of input and output, none for what is unreadable."""
 
+from fractions import Fraction
+
+import av
 import cv2
 import numpy as np
 import pytest
 from makeup_video.pipeline.batch.thumbnails import thumbnail, thumbnails
 from makeup_video.pipeline.images import picture_size
-from people import clip, write_video
+from media import add_video, make_clip
+from people import TICK, clip, write_video
 
 
 def shown(data):
@@ -51,3 +55,28 @@ def test_an_unreadable_file_has_no_picture(tmp_path, data):
     (tmp_path / "a.mp4").write_bytes(data)
     assert thumbnail(tmp_path / "a.mp4") is None
     assert thumbnail(tmp_path / "missing.mp4") is None
+
+
+def test_untagged_colours_mean_what_they_mean_to_the_product(tmp_path):
+    """BT.709 for HD, BT.601 below it."""
+    for size_wh, matrix in (((1280, 720), 1), ((640, 360), 5)):
+        grey = np.full((size_wh[1], size_wh[0], 3), (200, 40, 60), np.uint8)
+        frame = av.VideoFrame.from_ndarray(grey, format="rgb24").reformat(
+            format="yuv420p", dst_colorspace=matrix, dst_color_range=1
+        )
+        frame.colorspace, frame.color_range = 2, 0
+        with av.open(str(tmp_path / "in.mkv"), "w") as out:
+            stream = add_video(out, "ffv1", size_wh=size_wh)
+            for pts in range(3):
+                frame.pts, frame.time_base = pts, TICK
+                out.mux(stream.encode(frame))
+            out.mux(stream.encode(None))
+        seen = shown(thumbnail(tmp_path / "in.mkv")).mean((0, 1))
+        assert np.abs(seen - (200, 40, 60)).max() < 6
+
+
+@pytest.mark.parametrize(("aspect", "expected"), [("2/1", (240, 90)), ("1/2", (160, 240))])
+def test_pixels_that_are_not_square_become_so(tmp_path, aspect, expected):
+    size_wh = (640, 480)
+    path = make_clip(tmp_path / "in.mkv", size_wh=size_wh, sample_aspect_ratio=Fraction(aspect))
+    assert shown(thumbnail(path)).shape[1::-1] == expected

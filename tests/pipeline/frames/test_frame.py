@@ -4,6 +4,7 @@ import av
 import numpy as np
 import pytest
 from makeup_video.pipeline import ColourTags, Frame
+from makeup_video.pipeline.frames.frame import coding_of
 from media import decoded, make_clip, picture
 
 TICK = Fraction(1, 30)
@@ -134,3 +135,12 @@ def test_frames_can_be_compared_with_or_without_planes_read():
 def test_only_planes_of_luma_and_chroma_are_a_frame(pix_fmt):
     with pytest.raises(ValueError, match=f"a frame must have planes .* got {pix_fmt}"):
         Frame(av.VideoFrame(34, 18, pix_fmt), 0, TICK, ColourTags())
+
+
+@pytest.mark.parametrize("range_", [0, 1, 2])
+@pytest.mark.parametrize("pix_fmt", ["yuvj420p", "yuv420p"])
+def test_the_name_of_a_format_may_tell_the_range(pix_fmt, range_):
+    frame = Frame(picture(3, 34, 18, pix_fmt), 0, TICK, ColourTags(1, range_, 1, 1))
+    is_full = pix_fmt == "yuvj420p" or range_ == 2
+    assert coding_of(frame).full_range is is_full
+    assert frame.tags == ColourTags(1, 2 if is_full else range_, 1, 1)

@@ -5,6 +5,7 @@ import json
 import math
 import os
 import pickle
+import re
 import stat
 from dataclasses import asdict
 from pathlib import Path
@@ -303,3 +304,25 @@ def test_layers_are_asked_for_by_the_name_of_their_kind():
     for layers in ([look.lips], [look.to_dict()]):
         with pytest.raises(TypeError, match="layers must be Layer, got"):
             Look(layers)
+
+
+@given(st.tuples(*[st.integers(0, 255)] * 3))
+def test_a_colour_may_stand_for_red_green_and_blue(rgb):
+    rest = {name: value for name, value in LIPS.items() if name not in ("red", "green", "blue")}
+    red, green, blue = rgb
+    short = GraphicsParams.from_dict({**rest, "color": f"#{bytes(rgb).hex()}"})
+    assert short == GraphicsParams.from_dict({**rest, "red": red, "green": green, "blue": blue})
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({**LIPS, "color": "#123456"}, "product has color and red: leave one of them out"),
+        ({"color": "redd"}, "product.color must be a colour such as '#B4002E', got \"redd\""),
+        ({"color": 7}, "product.color must be a colour such as '#B4002E', got 7"),
+        ({"color": "#123456"}, "product.opacity is missing: give a number in 0..1"),
+    ],
+)
+def test_a_wrong_colour_is_one_line(values, words):
+    with pytest.raises(LookError, match=re.escape(words)):
+        GraphicsParams.from_dict(values)

@@ -190,3 +190,17 @@ def test_any_output_of_a_net_gives_a_look(targets):
 )
 def test_a_product_is_described_in_words(finish, words):
     assert in_words(product((1, 2, 3), finish)) == words
+
+
+def test_eyes_in_two_colours_wear_different_layers():
+    """And looks in one colour have no layers of one eye."""
+    for eyes in (("left", "right"), ("both",)):
+        worn = [product((0, 110, 90), "matte", "eyes"), product((130, 20, 120), "matte", "eyes")]
+        layers = [
+            Layer("eyeshadow", one, {"slot": "full", "eye": eye})
+            for one, eye in zip(worn, eyes, strict=False)
+        ]
+        lips = Layer("lipstick", product((150, 10, 40), "satin", "lips"))
+        read = estimate_look(apply_look(portrait(), Look([*layers, lips]), [face()]))
+        found = {layer.shape.get("eye", "both") for layer in read.of("eyeshadow")}
+        assert found == set(eyes)

@@ -275,3 +275,44 @@ def test_shimmer_goes_from_matte_to_a_broad_sheen():
 def test_eyeshadow_that_shimmers_is_called_shimmering(shimmer, opacity):
     worn = replace(shimmering((120, 190, 200), shimmer), opacity=opacity)
     assert in_words(worn, "eyes").split(",")[0] in ("shimmering", "metallic")
+
+
+def beside_black(rgb, share):
+    """CIELAB of an eyeshadow on typical skin, and of what it becomes beside so much black."""
+    skin = TypicalSkin.of(bare(), 1.0)
+    roots = np.sqrt(to_linear(np.array([rgb, (28, 28, 28)]) / 255, SRGB) / skin.linear)
+    densities = np.stack([np.full((27, 24), 0.5), np.full((27, 24), 0.5 * share)])
+    calmed = shadows._calm_beside_black(Spread(roots, densities, np.ones(2)), skin)
+    np.testing.assert_array_equal(calmed[1], roots[1])
+    return skin.lab(np.ones(3)), skin.lab(roots[0]), skin.lab(calmed[0])
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(200, 240), st.integers(100, 130), st.integers(90, 120), st.floats(0.6, 2))
+def test_soft_reds_beside_much_black_are_less_vivid(red, green, blue, share):
+    plain, lab, calm = beside_black((red, green, blue), share)
+    assert calm[0] == pytest.approx(lab[0], abs=1e-3)
+    np.testing.assert_allclose(calm[1:] - plain[1:], 0.6 * (lab - plain)[1:], atol=1e-3)
+
+
+@pytest.mark.parametrize("rgb", [(200, 20, 30), (60, 110, 200), (90, 160, 110), (60, 30, 25)])
+def test_vivid_cold_and_dark_colours_beside_black_stay(rgb):
+    _, lab, calm = beside_black(rgb, 2.0)
+    np.testing.assert_allclose(calm, lab, atol=1e-3)
+
+
+def test_reds_beside_little_black_stay():
+    _, lab, calm = beside_black((210, 110, 100), 0.2)
+    np.testing.assert_allclose(calm, lab, atol=1e-3)
+
+
+@given(st.floats(20, 80), st.floats(-40, 30), st.floats(-60, 20), st.floats(-60, 20))
+def test_no_product_is_much_bluer_or_greener_than_it_looks(lightness, red, blue, green):
+    skin = TypicalSkin.of(bare(), 1.0)
+    looks = np.broadcast_to([lightness, red, blue], (27, 24, 3))
+    found = Spread(skin.roots_of(np.array([[50.0, green, -30]])), np.ones((1, 27, 24)), np.ones(1))
+    before = skin.lab(found.roots)[0]
+    after = skin.lab(shadows._no_bluer(found, looks, skin))[0]
+    least = 2.5 * np.minimum([red, blue], 0) - 8
+    wanted = skin.lab(skin.roots_of(np.array([before[0], *np.maximum(before[1:], least)])))
+    np.testing.assert_allclose(after, wanted, atol=0.1)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline.faces.topology import FACE_OVAL
-from makeup_video.pipeline.reference.flat_eyes import FLAT_HW, flat_eyes
+from makeup_video.pipeline.reference.flat_eyes import FLAT_HW, different_eyes, flat_eyes
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
@@ -85,3 +85,28 @@ def test_eye_shadow_far_beyond_the_eyes_is_seen(rgb):
     worn, bare = flat(behind_hair(rgb, 0, 1))[BESIDE], flat(behind_hair(rgb))[BESIDE]
     assert (worn.mean((0, 1)) < 0.97 * bare.mean((0, 1))).any()
     assert worn[..., 0].max() < 0.9
+
+
+def different(right, left):
+    """The eyes of the portrait in two colours, as of different_eyes."""
+    rgb8 = portrait().copy()
+    for lid, skin in zip(lid_surfaces(face()), (right, left), strict=True):
+        cover(rgb8, lid.grid.to_px, 14, skin)
+    return different_eyes(neutral_face(rgb8, face(), photo_light(portrait(), face())))
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.sampled_from([(0, 120, 110), (110, 40, 150), (230, 120, 20)]), st.booleans())
+def test_eyes_in_two_colours_are_read_each_by_itself(rgb, swapped):
+    plain = SKINS[0]
+    eyes = different(*((plain, rgb) if swapped else (rgb, plain)))
+    worn, bare = (eyes[name][5:20, 20:36] for name in ("left", "right")[:: 1 if swapped else -1])
+    assert np.abs(worn.mean((0, 1)) - bare.mean((0, 1))).max() > 0.1
+    same = flat(behind_hair((0, 0, 0)))
+    assert {each.shape for each in eyes.values()} == {same.shape}
+
+
+@pytest.mark.parametrize("dim", [0.5, 0.8, 1.0])
+def test_eyes_that_differ_in_light_alone_are_the_same(dim):
+    shaded = [round(dim * code) for code in SKINS[0]]
+    assert different(SKINS[0], shaded) == different((0, 120, 110), (0, 120, 110)) == {}

@@ -56,3 +56,16 @@ def test_a_photo_is_read_in_a_forked_process_as_well():
     """Threads of a net stay in the process that loaded it, and its end would wait for them."""
     command = [sys.executable, "-W", "ignore", "-c", _FORKED, str(SAMPLES / "look.jpg")]
     assert subprocess.run(command, timeout=60, check=False).returncode == 0
+
+
+def test_what_goes_wrong_in_the_thread_is_raised_where_the_net_is_used(monkeypatch, capfd):
+    def full(*args, **options):
+        raise MemoryError("bad allocation")
+
+    monkeypatch.setattr(nets, "Net", full)
+    nets.forget_nets()
+    with nets.loading(["liner"]):
+        pass
+    assert capfd.readouterr().err == ""
+    with pytest.raises(MemoryError, match="bad allocation"):
+        nets.reference_net("liner")
