@@ -316,3 +316,19 @@ def test_no_product_is_much_bluer_or_greener_than_it_looks(lightness, red, blue,
     least = 2.5 * np.minimum([red, blue], 0) - 8
     wanted = skin.lab(skin.roots_of(np.array([before[0], *np.maximum(before[1:], least)])))
     np.testing.assert_allclose(after, wanted, atol=0.1)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(0, 30))
+def test_only_clear_red_below_the_eye_is_makeup(redder):
+    skin = TypicalSkin.of(bare(), 1.0)
+    labs = np.tile(skin.lab(np.ones(3)), (27, 24, 1))
+    labs[18:, :, 1] += redder
+    shown = skin.lab(shadows._no_redder_below(skin.roots_of(labs), skin))
+    kept = shown[18:, 8, 1] - labs[0, 0, 1]
+    assert (kept >= -1e-3).all() and (kept <= redder + 1e-3).all()
+    if redder <= 6:
+        np.testing.assert_allclose(kept, 0, atol=1e-3)
+    if redder >= 13:
+        np.testing.assert_allclose(kept, redder, atol=1e-3)
+    np.testing.assert_allclose(shown[:18], labs[:18], atol=1e-3)
