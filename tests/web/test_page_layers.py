@@ -40,7 +40,8 @@ def test_each_kind_has_a_tab_and_all_its_dials(page, kind):
     dials = [dial for dial in kind.dials if not dial.is_map]
     for dial in dials:
         if dial.choices:
-            offered = controls.locator(".choices label").all_inner_texts()
+            group = controls.get_by_role("radiogroup", name=dial.meaning)
+            offered = group.locator("label").all_inner_texts()
             assert offered == [choice.replace("_", " ") for choice in dial.choices]
         elif dial.is_colour:
             controls.get_by_label(f"{dial.title}, as hex digits").fill("#102030")
@@ -95,13 +96,31 @@ def test_a_slot_gives_the_numbers_and_a_slider_changes_one(page):
     for slot, numbers in PARTS["eyes"].slots.items():
         controls.locator(f".choices input[value={slot}]").click(force=True)
         assert page.look().of("eyeshadow")[0].shape == {"slot": slot}
-        for dial in PARTS["eyes"].dials[1:]:
-            if not dial.is_map:
+        for dial in PARTS["eyes"].dials:
+            if not (dial.is_map or dial.choices):
                 assert float(number(controls, dial.title).input_value()) == numbers[dial.name]
     number(controls, "Outer").fill("1.5")
     assert page.look().of("eyeshadow")[0].shape == {"slot": slot, "outer": 1.5}
     controls.locator(f".choices input[value={slot}]").click(force=True)  # back to its numbers
     assert page.look().of("eyeshadow")[0].shape == {"slot": slot}
+
+
+def test_an_eye_of_its_own_stays_with_the_layer(page):
+    controls = panel(page, "eyes")
+    controls.get_by_role("switch").set_checked(True)
+    controls.locator(".choices input[value=left]").click(force=True)
+    assert page.look().of("eyeshadow")[0].shape == {"eye": "left"}
+    assert "lid, left eye" in controls.get_by_role("group", name="Layers").inner_text()
+    controls.locator(".choices input[value=outer]").click(force=True)
+    assert page.look().of("eyeshadow")[0].shape == {"eye": "left", "slot": "outer"}
+    number(controls, "Strength").fill("0.5")
+    for _ in range(SEVERAL.most - 1):
+        controls.get_by_role("button", name="Add a layer").click()
+    # the right eye has room for one more
+    controls.get_by_role("button", name="Add a layer").wait_for(state="hidden")
+    controls.locator(".choices input[value=right]").click(force=True)
+    controls.get_by_role("button", name="Add a layer").wait_for(state="visible")
+    assert len(page.look().of("eyeshadow")) == SEVERAL.most
 
 
 def test_a_layer_as_in_a_photo_can_get_a_plain_shape(page, tmp_path):
