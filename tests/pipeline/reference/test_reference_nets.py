@@ -58,7 +58,7 @@ def test_a_photo_is_read_in_a_forked_process_as_well():
     assert subprocess.run(command, timeout=60, check=False).returncode == 0
 
 
-def test_what_goes_wrong_in_the_thread_is_raised_where_the_net_is_used(monkeypatch, capfd):
+def test_an_error_of_the_thread_comes_where_the_net_is_used(monkeypatch, capfd):
     def full(*args, **options):
         raise MemoryError("bad allocation")
 
