@@ -52,6 +52,7 @@ _THINNER = 0.37  # how much less the median of painted lips shows, for the squar
 _EVEN = np.array([3.5, -3.4, 0.6])
 _HARDLY_DARKER = 4.0  # by how much darker than that, in L*, a border is still no rim
 _DARKER = 6.0  # by how much more it is a whole one
+_FAINTEST = 1e-6
 _NARROW = 2.5  # how many times as much a rim differs as is seen, since it is narrow
 _DARKEST_RIM = 0.5  # of the lipstick's L*: darker ones would stand out as a black outline
 # Taken off the lips' roots for gloss 1 whose light is white: half of what it adds to their median.
@@ -143,6 +144,9 @@ def _rim(
     lips = skin.lab(roots)
     rim_lab = lips + _NARROW * off
     rim_lab[0] = max(rim_lab[0], _DARKEST_RIM * lips[0])
+    # brown liner around pale lips would be bright red
+    vivid = float(np.linalg.norm(rim_lab[1:]))
+    rim_lab[1:] *= min(float(np.linalg.norm(lips[1:])) / max(vivid, _FAINTEST), 1.0)
     red, green, blue = skin.codes(skin.roots_of(rim_lab))
     darker = replace(lipstick, red=red, green=green, blue=blue)
     return {"rim": round(rim, 3), "rim_color": darker.hex}

@@ -49,6 +49,11 @@ _LID_TO = 1.4
 # But where this percentile of it is so much redder, in a*: a little, and wholly. Of bare faces 95 %
 # have less than the first.
 _REDDEST_PERCENTILE, _WORN_BELOW = 90, (6.0, 13.0)
+# Cells darker than this share of skin's L* do not count: shade and lashes are red by themselves.
+_SHADE = 0.55
+# Beside green, blue and grey lids red is skin: how much redder and yellower than skin the lid is,
+# in a* and b*, for none and for all.
+_WARM_LID = (4.0, 10.0), (-3.0, 1.5)
 _WARM = 1.0, 1.15  # red as a share of blue in light that is a little warm, and wholly
 _DENSE = 0.5  # share of a product's highest density from which on it lies in a cell
 _COLD_PERCENTILE = 25  # of a* and b* of the cells where a product lies: the cold ones
@@ -57,8 +62,8 @@ _COLD_PERCENTILE = 25  # of a* and b* of the cells where a product lies: the col
 _COLDEST_PERCENTILE = 5
 _COLDER = 4.0
 _SURELY_WARM = 4.0  # a* and b* of the cold ones in the photo's light from which they bound wholly
-# No product is greener or bluer than so many times what its cold cells are in the photo's light,
-# and by that much in a* and b*.
+# No product is bluer than so many times what its cold cells are in the photo's light, and by that
+# much in b*.
 _BLUER, _BLUER_BY = 2.5, 8.0
 _ALL_FROM = 0.3  # probability of eyeshadow from which on all of the opacity is painted
 _UNLIKELY_SHARE = 0.6  # what of it is painted where eyeshadow is hardly likely
@@ -177,7 +182,7 @@ def _warmth(off: np.ndarray) -> np.ndarray:
 def _no_redder_below(seen: np.ndarray, skin: TypicalSkin) -> np.ndarray:
     """Roots (27, 24, 3), below the eye no redder or yellower than most of the lid and, where
     that is bare, than skin: many lower lids are red by themselves, and so are rims of glasses. What
-    is clearly redder is makeup, and stays."""
+    is clearly redder beside a warm lid is makeup, and stays."""
     above, across = heights(True), places_across()
     lab, plain = skin.lab(seen), skin.lab(np.ones(3))
     lit = np.maximum(lab[..., :1], _FAINTEST) / plain[0]  # the darker, the less of a hue is meant
@@ -185,8 +190,11 @@ def _no_redder_below(seen: np.ndarray, skin: TypicalSkin) -> np.ndarray:
     warmest = np.percentile(lid.reshape(-1, 3), _WARMEST_PERCENTILE, axis=0)
     below, lit = lab[len(above) :], lit[len(above) :]
     most = np.maximum(warmest, plain)[1:]
-    redder = (below[..., 1] / lit[..., 0] - most[0])[:, (across > 0.1) & (across < 1.15)]
+    redder = np.where(lit[..., 0] > _SHADE, below[..., 1] / lit[..., 0] - most[0], 0)
+    redder = redder[:, (across > 0.1) & (across < 1.15)]
     is_worn = ramp(float(np.percentile(redder, _REDDEST_PERCENTILE)), _WORN_BELOW)
+    for off, warm in zip((warmest - plain)[1:].tolist(), _WARM_LID, strict=True):
+        is_worn *= ramp(off, warm)
     bounded = np.minimum(below[..., 1:], most * np.minimum(lit, 1))
     below[..., 1:] = bounded + is_worn * (below[..., 1:] - bounded)
     return np.concatenate([seen[: len(above)], skin.roots_of(below)])
@@ -234,10 +242,12 @@ def _no_bluer(found: Spread, labs_in_photo: np.ndarray, skin: TypicalSkin) -> np
         there = density > _DENSE * density.max()
         if not there.any():
             continue
-        lab, looks = skin.lab(root), np.percentile(labs_in_photo[there], _COLD_PERCENTILE, axis=0)
-        bluest = _BLUER * np.minimum(looks[1:], 0) - _BLUER_BY
-        if (lab[1:] < bluest).any():
-            lab[1:] = np.maximum(lab[1:], bluest)
+        lab, looks = skin.lab(root), np.percentile(labs_in_photo[there][:, 2], _COLD_PERCENTILE)
+        bluest = _BLUER * min(float(looks), 0.0) - _BLUER_BY
+        if lab[2] < bluest:
+            if lab[2] < lab[1] < 0:
+                lab[1] *= bluest / lab[2]  # or teal would become green
+            lab[2] = bluest
             root[:] = skin.roots_of(lab)
     return roots
 

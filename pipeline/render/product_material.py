@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numpy as np
 from makeup_video.kernels.colour import (
     HLG,
     PQ,
@@ -29,8 +30,8 @@ _DENSEST = 0.6  # share of cells with a sparkle at shimmer 1: with more they wou
 _SPARKLE = 1.8
 _DEEP = 0.5  # of it on a deep colour: a brighter sparkle would lose its hue
 _PEARL = 0.3  # sheen of the sparkles that are too fine to be seen, at shimmer 1
-# Luminance below which a highlight takes the product's hue, and how much of it that of a black one
-# takes: a white haze on deep lipstick looks like ash. In photos such shine is red or violet, too.
+# Luminance below which a highlight takes the product's hue, and how much of it that of the deepest
+# ones takes: a white haze on wine or plum looks like ash. In photos such shine is red or violet.
 _DEEP_BELOW, _DEEPEST = 0.13, 0.7
 _BLACK = 0.02  # linear light: a product whose brightest channel is below it has no hue to speak of
 _PALE = 0.35  # luminance from which on a product may have silver sparkles
@@ -119,7 +120,8 @@ class _Mixed:
 @lru_cache
 def _mixed(params: GraphicsParams) -> _Mixed:
     product = product_linear((params.red, params.green, params.blue), Coding())
-    hue = product / max(float(product.max()), _BLACK)
+    brightest = float(product.max())
+    hue = product / max(brightest, _BLACK)
     # white light on a deep colour would turn violet into lilac, and black into salt
     luminance = float(product @ LUMINANCE)
     pale = min(luminance / _PALE, 1.0) ** 2
@@ -128,9 +130,11 @@ def _mixed(params: GraphicsParams) -> _Mixed:
     sheen = 1 / (1 + 6 * params.gloss_roughness**2)
     tint = hue + silver * (1 - hue)
     metallic = params.shimmer * params.shimmer_tint
-    # metals colour what they mirror, and mirror more of it
-    coloured = max(metallic, hue_in_highlight(luminance))
-    mirrored = (1 + coloured * (hue - 1)) * (1 + _METAL * metallic)
+    # metals colour what they mirror, and mirror more of it; black colours nothing
+    own_hue = hue + max(1 - brightest / _BLACK, 0.0)
+    mirrored = 1 + metallic * (hue - 1)
+    mirrored = np.minimum(mirrored, 1 + hue_in_highlight(luminance) * (own_hue - 1))
+    mirrored *= 1 + _METAL * metallic
     glint = mirrored * _GLINT * sheen * (1 - params.gloss_detail)
     sparkle = (_DEEP + (1 - _DEEP) * pale) * tint
     return _Mixed(*(tuple(light.tolist()) for light in (product, tint, sparkle, glint)))

@@ -100,6 +100,19 @@ def test_a_dark_rim_is_found_and_an_even_lipstick_has_none():
     assert "rim" not in lips_of(wearing(Layer("lipstick", worn)), LIPS).shape
 
 
+@settings(max_examples=8, deadline=None)
+@given(st.floats(10, 150), st.floats(0, 60), st.floats(0, 60))
+def test_no_rim_is_more_vivid_than_its_lipstick(red, green, blue):
+    worn = replace(product((225, 150, 140), "matte", "lips"), opacity=0.95)
+    rim = {"rim": 1.0, "rim_color": product((red, green, blue), "matte", "lips").hex}
+    lips = lips_of(wearing(Layer("lipstick", worn, rim)), LIPS)
+    hues = [
+        np.linalg.norm(lab_of(np.array(rgb_of_hex(colour)))[1:])
+        for colour in (lips.product.hex, lips.shape.get("rim_color", lips.product.hex))
+    ]
+    assert hues[1] <= hues[0] + 1
+
+
 def test_a_gradient_is_found_again_with_its_colour():
     worn = replace(product((190, 20, 50), "matte", "lips"), opacity=0.95)
     read = lips_of(wearing(Layer("lipstick", worn, {"gradient": 0.8})), LIPS)

@@ -1,7 +1,6 @@
 """Products under a scene's light: from parameters to the numbers of the kernel."""
 
 from dataclasses import astuple
-from functools import partial
 
 import numpy as np
 import pytest
@@ -105,20 +104,32 @@ def test_only_pale_products_have_silver_sparkles():
     assert min(pale) > 1.5 and max(black) < 0.2
 
 
-@given(st.floats(0, 255), st.floats(0, 255), st.floats(0, 255), st.floats(0, 1))
-def test_a_highlight_has_the_hue_of_deep_products_alone(red, green, blue, share):
+def glint_of(red, green, blue):
+    """The highlight of a product as a share of a white one's."""
+    shining = {"gloss": 1, "gloss_detail": 0.0, "shimmer": 0}
+    white = lit(red=255, green=255, blue=255, **shining).glint
+    return np.array(lit(red=red, green=green, blue=blue, **shining).glint) / white
+
+
+@given(st.floats(0, 255), st.floats(0, 255), st.floats(0, 255))
+def test_a_highlight_has_the_hue_of_deep_products_alone(red, green, blue):
     """A white haze on deep lipstick looks like ash."""
-    of = partial(lit, gloss=1, gloss_detail=0.0, shimmer=0)
-    white = of(red=255, green=255, blue=255).glint
-    product = product_linear((red, green, blue), Coding())
-    glint = np.array(of(red=red, green=green, blue=blue).glint) / white
+    product, glint = product_linear((red, green, blue), Coding()), glint_of(red, green, blue)
     assert (glint <= 1 + 1e-6).all() and (glint >= 0.3 - 1e-6).all()
-    brighter = np.argsort(product, kind="stable")
-    assert (np.diff(glint[brighter]) >= -1e-6).all()  # the product's brightest channel stays most
+    assert glint.max() == pytest.approx(1)  # the product's brightest channel shines as before
+    assert (np.diff(glint[np.argsort(product, kind="stable")]) >= -1e-6).all()
     if product @ LUMINANCE >= 0.13:
         assert glint == pytest.approx(1)
-    darker = of(red=share * red, green=share * green, blue=share * blue).glint
-    assert (np.array(darker) / white <= glint + 1e-6).all()
+
+
+@given(st.floats(0, 255))
+def test_grey_and_black_shine_as_white_does(code):
+    assert glint_of(code, code, code) == pytest.approx(1)
+
+
+def test_wine_shines_in_its_own_hue():
+    red, green, blue = glint_of(90, 5, 20)
+    assert red == pytest.approx(1) and green < 0.5 and blue < 0.5
 
 
 def test_gloss_is_shared_between_own_and_synthetic_highlights():
