@@ -52,7 +52,8 @@ class _WholeLooks:
         str | None,
         typer.Option(
             metavar="FOLDER",
-            help="Every look file and photo of a folder, or of a pattern such as 'looks/*.json'.",
+            help="Every look file of a folder, or every photo where it has none, or what a pattern "
+            "such as 'looks/*.json' matches.",
             rich_help_panel=LOOK,
         ),
     ] = None
@@ -144,7 +145,7 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
     def _check(self) -> None:
         from makeup_video.pipeline import UsageError
 
-        check_ref_face(self.ref_face, self.ref or self.looks)
+        check_ref_face(self.ref_face, [*(self.ref or []), *self._photos()])
         if self.catalogue is None and self.where:
             raise UsageError("--where chooses rows of a catalogue: add --catalogue CSV")
         if self.catalogue is not None and self.color is not None:
@@ -159,6 +160,13 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
         yield from map(self._of_photo, self.ref or [])
         for path in found:
             yield self._of_photo(str(path)) if is_photo(path) else self._of_file(str(path))
+
+    def _photos(self) -> list[str]:
+        """The photos of --looks."""
+        from makeup_video.pipeline.look.named import is_photo, look_files
+
+        found = [] if self.looks is None else look_files(self.looks)
+        return [str(path) for path in found if is_photo(path)]
 
     def _of_file(self, name: str) -> WantedLook:
         return _at_once({"look": Path(name).stem}, partial(self._load, name))

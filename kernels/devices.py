@@ -78,19 +78,16 @@ def _of(platform: Any) -> list[Any]:
 
 
 def pick(choice: str = "") -> Any:
-    """Pick a device by its number, counted from 0, or by a part of its name; "" picks the first.
+    """Pick a device by its number, counted from 0, or by a part of its name; "" picks the first. A
+    number that no device has is a whole word of a name, such as 4090.
 
     Raises NoDeviceError, NoRoomError, UnknownDeviceError.
     """
     found = devices()
-    if choice.isdecimal() and int(choice) < len(found):
-        matching = [found[int(choice)]]
-    else:
-        matching = [
-            device
-            for device in found
-            if choice.lower() in f"{device.platform.name} {device.name}".lower()
-        ]
+    numbered = {str(number): device for number, device in enumerate(found)}
+    if choice in numbered:
+        return numbered[choice]
+    matching = [device for device in found if _is_named(device, choice.lower())]
     if not matching:
         known = ", ".join(f"{number} {device.name.strip()}" for number, device in enumerate(found))
         raise UnknownDeviceError(
@@ -98,3 +95,8 @@ def pick(choice: str = "") -> Any:
             f"there is: {known}"
         )
     return matching[0]
+
+
+def _is_named(device: Any, part: str) -> bool:
+    name = f"{device.platform.name} {device.name}".lower()
+    return part in (name.split() if part.isdecimal() else name)

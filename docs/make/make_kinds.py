@@ -120,7 +120,7 @@ def _section(kind: Kind) -> str:
     return f"""## {kind.product}
 
 `{kind.name}`; as a part of a look `{kind.part}`, so `--{kind.part} '#RRGGBB:finish'`. A look has
-{layers} of it.
+{layers} of it{" on each eye" if kind.has_eyes else ""}.
 
 {sheet.table(["shape", "range", "default", "meaning"], [_dial_row(dial) for dial in kind.dials])}
 {_slots(kind)}

@@ -143,7 +143,9 @@ class ChildProcess:
         code = process.exitcode
         times = f", in each of {self._attempts} attempts" if self._attempts > 1 else ""
         if code is None:
-            return f"the painting process closed its pipe and did not end{times}"
+            process.kill()
+            process.join(_SOON_SECONDS)
+            return f"the painting process closed its pipe and was ended{times}"
         if code < 0:
             name = _signal_name(-code)
             memory = ", perhaps because memory ran out" if name == "SIGKILL" else ""

@@ -348,16 +348,24 @@ def check_count(layers: list[tuple[Any, Any]]) -> None:
     layers: of each the kind and the shape, which need not be valid.
     """
     for kind in KINDS.values():
-        eyes = [_eye_of(shape) for name, shape in layers if name == kind.name]
-        count = len(eyes) - min(eyes.count(LEFT_EYE), eyes.count(RIGHT_EYE))
+        count, where = most_in_a_place([shape for name, shape in layers if name == kind.name])
         if count > kind.most:
             what = "layer" if kind.most == 1 else "layers"
-            raise LookError(f"a look has at most {kind.most} {what} of {kind.name}, got {count}")
+            raise LookError(
+                f"a look has at most {kind.most} {what} of {kind.name}, got {count}{where}"
+            )
 
 
-def _eye_of(shape: Any) -> Any:
-    """The dial `eye` of a shape that need not be valid."""
-    return shape.get("eye") if isinstance(shape, Mapping) else None
+def most_in_a_place(shapes: list[Any]) -> tuple[int, str]:
+    """How many layers of a kind lie on the same eye, and " on the left eye" or the like; all of
+    them, and "", where none is for one eye alone.
+
+    shapes: of the layers, which need not be valid.
+    """
+    eyes = [shape.get("eye") if isinstance(shape, Mapping) else None for shape in shapes]
+    left, right = eyes.count(LEFT_EYE), eyes.count(RIGHT_EYE)
+    eye = LEFT_EYE if left > right else RIGHT_EYE
+    return len(eyes) - min(left, right), f" on the {eye} eye" if left or right else ""
 
 
 def _kind(name: Any, where: str) -> Kind:

@@ -42,12 +42,12 @@ class NamedLook:
 
 
 def look_files(place: str) -> list[Path]:
-    """The look files and the photos of a folder, or those that a pattern such as looks/*.json
-    matches, by name.
+    """The look files of a folder, its photos where it has none, or the files that a pattern such as
+    looks/*.json matches, by name.
 
-    Hidden files of a folder, such as macOS writes beside others (._red.json), do not count, and
-    neither does a photo beside a look file of its name, which was read from it. Raises LookError
-    where there is none.
+    Photos in a folder of look files are what these were read from, or what was painted with them.
+    Hidden files of a folder, such as macOS writes beside others (._red.json), do not count. Raises
+    LookError where there is none.
     """
     if os.path.isdir(place):
         try:
@@ -61,8 +61,7 @@ def look_files(place: str) -> list[Path]:
                 f"{place} has no look files and no photos: give a folder with NAME{_LOOK_FILES} or "
                 "photos of makeup"
             )
-        read = {path.stem for path in found if not is_photo(path)}
-        return sorted(path for path in found if not (is_photo(path) and path.stem in read))
+        return sorted([path for path in found if not is_photo(path)] or found)
     found = [Path(path) for path in glob.glob(place, recursive=True)]
     if not found:
         raise LookError(

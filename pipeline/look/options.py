@@ -173,7 +173,7 @@ def _with_dials(look: Look, choice: Choice) -> Look:
     if choice.zone is not None and len(shadows) > 1:
         raise UsageError(
             f"{option('zone')} is for one eyeshadow, and the look has {len(shadows)}, each in a "
-            f"zone of its own: leave {option('zone')} out"
+            f"place of its own: leave {option('zone')} out"
         )
     if choice.zone is not None:
         (layer,), zone = shadows, parse_zone(choice.zone)

@@ -11,7 +11,7 @@ from makeup_video.pipeline.errors import LookError, UsageError, option
 from makeup_video.pipeline.look.finishes import FINISHES, product
 from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.kinds.kind import Dial, Kind
-from makeup_video.pipeline.look.look import Layer
+from makeup_video.pipeline.look.look import Layer, most_in_a_place
 from makeup_video.pipeline.look.params import hex_of
 from makeup_video.pipeline.look.words import (
     did_you_mean,
@@ -75,12 +75,20 @@ def layers_of(part: str, text: str, finish: str | None = None) -> tuple[Layer, .
         return ()
     kind, texts = PARTS[part], _BETWEEN_LAYERS.split(text)
     meant = _meant(kind, texts)
-    if len(texts) > kind.most:
-        most = "one colour" if kind.most == 1 else f"at most {kind.most} layers"
-        raise UsageError(f"{option(part)} takes {most}, got {len(texts)}: {text!r}{meant}")
+    if len(texts) > kind.most and (meant or not kind.has_eyes):
+        raise _too_many(kind, f"{len(texts)}: {text!r}{meant}")
     if meant:
         raise UsageError(f"{option(part)}: put words after colons{meant}")
-    return tuple(_layer(kind, one, finish) for one in texts)
+    made = tuple(_layer(kind, one, finish) for one in texts)
+    count, where = most_in_a_place([layer.shape for layer in made])
+    if count > kind.most:
+        raise _too_many(kind, f"{count}{where}: {text!r}")
+    return made
+
+
+def _too_many(kind: Kind, got: str) -> UsageError:
+    most = "one colour" if kind.most == 1 else f"at most {kind.most} layers"
+    return UsageError(f"{option(kind.part)} takes {most}, got {got}")
 
 
 def _layer(kind: Kind, text: str, finish: str | None) -> Layer:
@@ -161,11 +169,15 @@ def _meaning(kind: Kind, word: str) -> tuple[str, Any]:
         raise UsageError(
             f"{option(kind.part)}: {word.strip()} needs a value, as in {_example(dial)}"
         )
-    zones = f", a zone ({', '.join(kind.slots)})" if kind.slots else ""
+    choices = [dial for dial in kind.dials if dial.choices]
+    others = "".join(
+        f", {'an' if dial.name == 'eye' else 'a'} {dial.title.lower()} ({', '.join(dial.choices)})"
+        for dial in choices
+    )
+    known = [*finish_names(), *(one for dial in choices for one in dial.choices)]
     raise UsageError(
-        f"{option(kind.part)}: {word!r} is no finish ({', '.join(FINISHES)}){zones}, "
-        "strength (80%) or NAME=VALUE of its shape"
-        f"{did_you_mean(word, [*finish_names(), *kind.slots])}"
+        f"{option(kind.part)}: {word!r} is no finish ({', '.join(FINISHES)}){others}, "
+        f"strength (80%) or NAME=VALUE of its shape{did_you_mean(word, known)}"
     )
 
 
@@ -175,7 +187,8 @@ def _dial_named(kind: Kind, name: str) -> Dial | None:
 
 def _choice_named(kind: Kind, word: str) -> tuple[str, str] | None:
     """The dial, other than the zone, of which a word is a choice, and that: "left" is an eye."""
-    choices = [(dial.name, one) for dial in kind.dials for one in dial.choices]
+    dials = [dial for dial in kind.dials if dial.name != "slot"]
+    choices = [(dial.name, one) for dial in dials for one in dial.choices]
     return next((pair for pair in choices if plain(pair[1]) == plain(word)), None)
 
 
@@ -200,7 +213,8 @@ def _dial_value(kind: Kind, name: str, value: str) -> tuple[str, Any]:
 def _checked(kind: Kind, dial: Dial, text: str) -> Any:
     value: Any = text
     if dial.choices:
-        value = slot_named(text, kind) or text
+        known = slot_named(text, kind) if dial.name == "slot" else None
+        value = known or next((one for one in dial.choices if plain(one) == plain(text)), text)
     elif dial.is_colour:
         rgb = rgb_of(text)
         value = text if rgb is None else hex_of(rgb)

@@ -70,7 +70,8 @@ class SegmentJob:
         return replace(self, source=Path(source), path=Path(path))
 
     def brought_back(self, result: "SegmentResult") -> "tuple[SegmentResult, list[int]]":
-        """The result of this job as `moved`, as if on its own files; places of whole outputs."""
+        """The result of this job `at_full_paths` or as `moved`, as if on its own files; places of
+        whole outputs."""
         return replace(result, file=replace(result.file, path=self.path)), [0]
 
     def without(self, result: "SegmentResult", at: int, error: MakeupVideoError) -> "SegmentResult":

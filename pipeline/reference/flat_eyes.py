@@ -72,8 +72,8 @@ def flat_eyes(neutral: NeutralFace) -> np.ndarray | None:
 
 
 def different_eyes(neutral: NeutralFace) -> dict[str, np.ndarray]:
-    """Both eyes by the names of the dial `eye`, each as of flat_eyes, of a face whose eyes wear
-    different colours; of other faces none."""
+    """Both eyes by the names of the dial `eye`, (27, 48, 3) each, of a face whose eyes wear
+    different colours; of other faces none. Hidden columns are plain skin."""
     eyes = _eyes_of(neutral)
     if len(eyes) < 2:
         return {}

@@ -113,14 +113,15 @@ def test_an_eye_of_its_own_stays_with_the_layer(page):
     assert "lid, left eye" in controls.get_by_role("group", name="Layers").inner_text()
     controls.locator(".choices input[value=outer]").click(force=True)
     assert page.look().of("eyeshadow")[0].shape == {"eye": "left", "slot": "outer"}
-    number(controls, "Strength").fill("0.5")
     for _ in range(SEVERAL.most - 1):
         controls.get_by_role("button", name="Add a layer").click()
-    # the right eye has room for one more
+    shapes = [layer.shape for layer in page.look().of("eyeshadow")]
+    assert {shape["eye"] for shape in shapes} == {"left"}
+    assert len({shape["slot"] for shape in shapes}) == SEVERAL.most
     controls.get_by_role("button", name="Add a layer").wait_for(state="hidden")
-    controls.locator(".choices input[value=right]").click(force=True)
-    controls.get_by_role("button", name="Add a layer").wait_for(state="visible")
-    assert len(page.look().of("eyeshadow")) == SEVERAL.most
+    controls.locator(".choices input[value=right]").click(force=True)  # which has room
+    controls.get_by_role("button", name="Add a layer").click()
+    assert [layer.shape["eye"] for layer in page.look().of("eyeshadow")].count("right") == 2
 
 
 def test_a_layer_as_in_a_photo_can_get_a_plain_shape(page, tmp_path):

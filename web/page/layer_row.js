@@ -1,7 +1,7 @@
 // The layers of a kind that may have several: a swatch for each, and buttons to add and remove one.
 
 import { el, fineCanvas } from "./elements.js";
-import { BOTH, inWords, mostOnAnEye, wholeShape } from "./layers.js";
+import { BOTH, hasRoom, inWords, wholeShape } from "./layers.js";
 import { moveByKeys, putButtons, stopAt } from "./row.js";
 import { drawSwatch } from "./swatch.js";
 
@@ -43,7 +43,7 @@ export class LayerRow {
     const buttons = this.#swatches.map(({ button }) => button);
     putButtons(this.#row, [...buttons, this.#add]);
     layers.forEach((layer, here) => this.#name(layer, here, here === at));
-    this.#add.hidden = mostOnAnEye(layers) >= this.#kind.most;
+    this.#add.hidden = !hasRoom(this.#kind, layers, layers[at]);
     this.#remove.hidden = layers.length < 2;
     stopAt(this.#row, buttons[at]);
   }

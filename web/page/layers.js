@@ -21,19 +21,25 @@ export function firstLayer(kind, finishes) {
   return { kind: kind.name, strength: 1, product, shape: {} };
 }
 
-/** A layer to add to others of its kind: the same product in the first place that is free. */
+/** A layer to add to others of its kind: the same product in the first place that is free, on the
+ * same eyes. */
 export function anotherLayer(kind, layers, like) {
-  const taken = layers.map((layer) => wholeShape(kind, layer.shape).slot);
+  const { eye } = like.shape;
+  const beside = layers.filter(({ shape }) => eyesOf(shape).some((one) => eyesOf({ eye }).includes(one)));
+  const taken = beside.map((layer) => wholeShape(kind, layer.shape).slot);
   const slot = Object.keys(kind.slots).find((name) => !taken.includes(name));
-  return { ...structuredClone(like), strength: 1, shape: slot ? { slot } : {} };
+  const shape = { ...(slot && { slot }), ...(eye && { eye }) };
+  return { ...structuredClone(like), strength: 1, shape };
 }
 
-/** The most layers, of those of one kind, that lie on the same eye. */
-export function mostOnAnEye(layers) {
-  const [left, right] = ["left", "right"].map(
-    (eye) => layers.filter(({ shape }) => shape.eye === eye).length,
-  );
-  return layers.length - Math.min(left, right);
+/** Whether there may be another layer on the eyes that wear this one. */
+export function hasRoom(kind, layers, { shape }) {
+  const on = (eye) => layers.filter((layer) => eyesOf(layer.shape).includes(eye)).length;
+  return eyesOf(shape).every((eye) => on(eye) < kind.most);
+}
+
+function eyesOf({ eye = BOTH }) {
+  return eye === BOTH ? ["left", "right"] : [eye];
 }
 
 /** A value for each dial of the kind: the shape's own, else that of its slot, else the default. */

@@ -73,7 +73,8 @@ function colour({ title, help }, put) {
   return { element, set: (hex) => field.set(readHex(hex)) };
 }
 
-/** A choice; that of a slot gives the shape, so all numbers become those of the slot. */
+/** A choice; that of a slot gives the whole shape but the other choices, such as the eye, so all
+ * numbers become those of the slot. */
 function choice(kind, { name, title, help, choices }, edit) {
   const isSlot = name === "slot";
   const others = kind.dials.filter((dial) => dial.choices.length && dial.name !== name);

@@ -1,4 +1,4 @@
-"""Eyeshadow: up to four layers, each in a place of its own around the eye."""
+"""Eyeshadow: up to four layers on each eye, each in a place of its own around it."""
 
 from typing import TYPE_CHECKING
 

@@ -150,6 +150,11 @@ class Kind:
     keep_highlights: float = 1.0
     keep_matte: float = 1.0
 
+    @property
+    def has_eyes(self) -> bool:
+        """Whether a layer may lie on one eye alone."""
+        return any(dial.name == "eye" for dial in self.dials)
+
     def finish(self, name: str) -> dict[str, float]:
         """Every setting of GraphicsParams but red, green and blue."""
         return dict(zip(SETTINGS, self.finishes[name], strict=True))

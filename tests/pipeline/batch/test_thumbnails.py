@@ -60,8 +60,8 @@ def test_an_unreadable_file_has_no_picture(tmp_path, data):
 def test_untagged_colours_mean_what_they_mean_to_the_product(tmp_path):
     """BT.709 for HD, BT.601 below it."""
     for size_wh, matrix in (((1280, 720), 1), ((640, 360), 5)):
-        grey = np.full((size_wh[1], size_wh[0], 3), (200, 40, 60), np.uint8)
-        frame = av.VideoFrame.from_ndarray(grey, format="rgb24").reformat(
+        red = np.full((size_wh[1], size_wh[0], 3), (200, 40, 60), np.uint8)
+        frame = av.VideoFrame.from_ndarray(red, format="rgb24").reformat(
             format="yuv420p", dst_colorspace=matrix, dst_color_range=1
         )
         frame.colorspace, frame.color_range = 2, 0

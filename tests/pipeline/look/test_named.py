@@ -134,8 +134,10 @@ def test_numbered_names_are_different_files(names):
     assert set(map(in_name, map(str.casefold, names))) <= {in_name(one).casefold() for one in found}
 
 
-def test_photos_of_a_folder_count_unless_a_look_was_read(tmp_path):
-    for name in ("a.jpg", "b.HEIC", "b.json", "c.webp", "._d.png", "clip.mp4"):
+def test_photos_count_in_a_folder_without_look_files(tmp_path):
+    for name in ("a.jpg", "b.HEIC", "._d.png", "clip.mp4"):
         (tmp_path / name).write_text("{}")
-    assert [path.name for path in look_files(str(tmp_path))] == ["a.jpg", "b.json", "c.webp"]
+    assert [path.name for path in look_files(str(tmp_path))] == ["a.jpg", "b.HEIC"]
+    (tmp_path / "b.json").write_text("{}")
+    assert [path.name for path in look_files(str(tmp_path))] == ["b.json"]
     assert [path.name for path in look_files(f"{tmp_path}/b*")] == ["b.HEIC", "b.json"]
