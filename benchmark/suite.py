@@ -108,7 +108,7 @@ def sample_clip(clip: str | None) -> Path:
     if clip is None and not source.exists():
         raise InputError(
             f"the sample {source} is not installed: give a CLIP to measure with, such as "
-            "samples/in.mp4 of a clone"
+            "samples/in.mp4 in a clone"
         )
     source = local_file(source, "video")
     if is_picture(source):

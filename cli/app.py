@@ -46,8 +46,8 @@ class DefaultGroup(Group):
         ]
 
     def _check_first_word(self, ctx: Any, args: list[str]) -> None:
-        """Raise a usage error for "help", a mistyped command, or a word that is alone or before a
-        file, unless it is a file.
+        """Raise a usage error for "help", a mistyped command, or a word alone or before a file,
+        unless the word is a file.
 
         An input that does not exist, with options after it, is left to the command.
         """

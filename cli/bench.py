@@ -28,7 +28,7 @@ EXAMPLES = (
 def bench(
     clip: Annotated[
         str | None,
-        typer.Argument(metavar="[CLIP]", help="A video; default: our sample, in a clone."),
+        typer.Argument(metavar="[CLIP]", help="A video; default in a clone: our sample."),
     ] = None,
     ref: RefPhoto = None,
     look: SavedLook = None,

@@ -10,7 +10,7 @@ _own_stderr: int | None = None
 # Characters that move the cursor, colour the terminal, begin a line or turn the reading direction;
 # what has no width; and lone surrogates, which stand for bytes of file names that are not UTF-8.
 # The joiners (U+200C, U+200D) are parts of words and emoji. web/upload.py has the same list: this
-# module cannot share it, since it must load before all others, also when memory is short.
+# module cannot share it, since it must load first, even when memory is short.
 _RAW = re.compile(
     "[\x00-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2060\u2066-\u2069\ufeff\ud800-\udfff]"
 )

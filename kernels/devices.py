@@ -78,8 +78,9 @@ def _of(platform: Any) -> list[Any]:
 
 
 def pick(choice: str = "") -> Any:
-    """Pick a device by its number, counted from 0, or by a part of its name; "" picks the first. A
-    number that no device has is a whole word of a name, such as 4090.
+    """Pick a device by its number, counted from 0, or by a part of its name; "" picks the first.
+
+    Any other number must be a whole word of a name, such as 4090.
 
     Raises NoDeviceError, NoRoomError, UnknownDeviceError.
     """

@@ -71,8 +71,7 @@ class Job:
         )
 
     def brought_back(self, results: "list[Result]") -> "tuple[list[Result], list[int]]":
-        """Return the results of this job on other files, as if on its own, and the places of whole
-        outputs."""
+        """Return results under this job's own file names, and the places of whole outputs."""
         named = [one._replace(output=own) for one, own in zip(results, self.outputs, strict=True)]
         return named, [at for at, one in enumerate(named) if isinstance(one, Done)]
 

@@ -45,7 +45,7 @@ class Worker(Protocol):
 def jobs_at_once(wanted: int | None, room: int) -> int:
     """As many jobs as wanted; None: as many as there is room for, but at least one.
 
-    Raises UsageError for less than one.
+    Raises UsageError for fewer than one.
     """
     if wanted is None:
         return max(1, room)

@@ -145,7 +145,7 @@ class ChildProcess:
         if code is None:
             process.kill()
             process.join(_SOON_SECONDS)
-            return f"the painting process closed its pipe and was ended{times}"
+            return f"the painting process stopped answering and was ended{times}"
         if code < 0:
             name = _signal_name(-code)
             memory = ", perhaps because memory ran out" if name == "SIGKILL" else ""

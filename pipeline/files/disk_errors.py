@@ -6,15 +6,15 @@ from makeup_video.pipeline.errors import reason_of
 
 _TOO_MANY = "close other programs, or raise the limit on open files (ulimit -n)"
 _READING = {
-    errno.EACCES: "give yourself the right to read it",
-    errno.EPERM: "give yourself the right to read it",
-    errno.EISDIR: "give a file in it",
+    errno.EACCES: "give yourself permission to read it",
+    errno.EPERM: "give yourself permission to read it",
+    errno.EISDIR: "give a file, not a folder",
     errno.ENOENT: "give a file on this machine",
     errno.EIO: "copy it to another disk, or give another file",
     errno.EMFILE: _TOO_MANY,
     errno.ENFILE: _TOO_MANY,
     errno.ENAMETOOLONG: "give a file with a shorter name",
-    errno.EFBIG: "give a smaller one",
+    errno.EFBIG: "give a smaller file",
     errno.EBUSY: "wait until no other program uses it",
 }
 _WRITING = {
@@ -29,7 +29,7 @@ _WRITING = {
 
 
 def unreadable(what: object, error: OSError) -> str:
-    """The line about a file that cannot be read; what: the file, as the line begins."""
+    """The line about a file that cannot be read; what: the start of the line."""
     advice = _READING.get(error.errno or 0, "give another file")
     return f"{what} cannot be read: {reason_of(error)}; {advice}"
 

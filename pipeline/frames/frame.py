@@ -57,7 +57,7 @@ class Frame:
     pts: presentation time in ticks of `time_base` (seconds per tick); the origin is the source's.
     rotation_degrees: counter-clockwise turn (0, 90, 180 or 270) that makes the picture upright. The
     stored picture is never turned: only face finding reads the rotation.
-    tags: with the range that the pixel format's name tells, where it tells one ("yuvj420p").
+    tags: of full range where the pixel format's name says so ("yuvj420p").
     """
 
     picture: av.VideoFrame

@@ -357,8 +357,8 @@ def check_count(layers: list[tuple[Any, Any]]) -> None:
 
 
 def most_in_a_place(shapes: list[Any]) -> tuple[int, str]:
-    """How many layers of a kind lie on the same eye, and " on the left eye" or the like; all of
-    them, and "", where none is for one eye alone.
+    """The most layers of a kind on one eye, and " on the left eye" or the like; all of them, and
+    "", where none is for one eye alone.
 
     shapes: of the layers, which need not be valid.
     """

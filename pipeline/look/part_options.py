@@ -186,7 +186,7 @@ def _dial_named(kind: Kind, name: str) -> Dial | None:
 
 
 def _choice_named(kind: Kind, word: str) -> tuple[str, str] | None:
-    """The dial, other than the zone, of which a word is a choice, and that: "left" is an eye."""
+    """The dial, except the zone, and its choice that a word names: "left" is an eye."""
     dials = [dial for dial in kind.dials if dial.name != "slot"]
     choices = [(dial.name, one) for dial in dials for one in dial.choices]
     return next((pair for pair in choices if plain(pair[1]) == plain(word)), None)

@@ -61,8 +61,7 @@ def picture_at(path: Path, start_seconds: float, latest_seconds: float) -> np.nd
         try:
             return _shown(last, source.video.sample_aspect_ratio or Fraction(1))
         except av.FFmpegError as error:  # such as of pixels with 32 bits
-            name = last.format.name
-            raise DecodeError(f"{path}: its {name} pixels cannot be shown here") from error
+            raise DecodeError(f"{path} cannot be decoded: {error.strerror}") from error
 
 
 def _pictures(source: VideoSource) -> Generator[av.VideoFrame, None, None]:

@@ -46,13 +46,13 @@ _OWN_HUE = 1.0  # of the photo's skin, as of TypicalSkin: brown stays brown on p
 # Below the eye nothing is redder or yellower than this percentile of the lid, up to that height.
 _WARMEST_PERCENTILE = 75
 _LID_TO = 1.4
-# But where this percentile of it is so much redder, in a*: a little, and wholly. Of bare faces 95 %
-# have less than the first.
+# Red stays where this percentile of its a* exceeds that by so much: a little, and wholly. Of bare
+# faces 95 % have less than the first.
 _REDDEST_PERCENTILE, _WORN_BELOW = 90, (6.0, 13.0)
 # Cells darker than this share of skin's L* do not count: shade and lashes are red by themselves.
 _SHADE = 0.55
-# Beside green, blue and grey lids red is skin: how much redder and yellower than skin the lid is,
-# in a* and b*, for none and for all.
+# Beside green, blue and grey lids red is skin: by how much the lid's a* and b* exceed those of
+# skin for none of it to stay, and for all.
 _WARM_LID = (4.0, 10.0), (-3.0, 1.5)
 _WARM = 1.0, 1.15  # red as a share of blue in light that is a little warm, and wholly
 _DENSE = 0.5  # share of a product's highest density from which on it lies in a cell
@@ -62,14 +62,15 @@ _COLD_PERCENTILE = 25  # of a* and b* of the cells where a product lies: the col
 _COLDEST_PERCENTILE = 5
 _COLDER = 4.0
 _SURELY_WARM = 4.0  # a* and b* of the cold ones in the photo's light from which they bound wholly
-# No product is bluer than so many times what its cold cells are in the photo's light, and by that
-# much in b*.
+# The b* of a product is at least so many times that of its cold cells in the photo's light, less
+# this.
 _BLUER, _BLUER_BY = 2.5, 8.0
 _ALL_FROM = 0.3  # probability of eyeshadow from which on all of the opacity is painted
 _UNLIKELY_SHARE = 0.6  # what of it is painted where eyeshadow is hardly likely
 # Black, grey and dark brown: up to which share of skin's luminance, and up to which chroma. Colours
 # beside them are soft and red up to this difference from skin in a* and b*, and from this one in a*
-# on. Where the black is more than a share of such a colour, so much of the difference is kept.
+# on. Where there is more black than this share of such a colour, this much of the difference
+# is kept.
 _DARK, _BLACK_CHROMA = 0.25, 30.0
 _SOFT_CHROMA, _REDDISH = 45.0, 4.0
 _MUCH_BLACK, _CALM_RIM = 0.5, 0.6

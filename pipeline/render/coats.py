@@ -61,7 +61,7 @@ class Drawn:
 class Group:
     """Layers that are painted in one go: all on one region, but each line alone.
 
-    region: a key of REGIONS.  number: of the only surface of it that wears them; None for all.
+    region: a key of REGIONS.  number: of the one surface that wears the layers; None: all do.
     """
 
     region: str

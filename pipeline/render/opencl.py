@@ -30,7 +30,7 @@ def open_device(choice: str = "") -> "Device":
 
 
 def once_a_process(make: Callable[[*Args], Made]) -> Callable[[*Args], Made]:
-    """What `make` makes of OpenCL, kept by its arguments as functools.cache does. A forked process,
+    """What `make` builds with OpenCL, cached by its arguments. A forked process,
     which cannot use its parent's, makes its own."""
 
     @cache

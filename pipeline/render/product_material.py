@@ -30,8 +30,8 @@ _DENSEST = 0.6  # share of cells with a sparkle at shimmer 1: with more they wou
 _SPARKLE = 1.8
 _DEEP = 0.5  # of it on a deep colour: a brighter sparkle would lose its hue
 _PEARL = 0.3  # sheen of the sparkles that are too fine to be seen, at shimmer 1
-# Luminance below which a highlight takes the product's hue, and how much of it that of the deepest
-# ones takes: a white haze on wine or plum looks like ash. In photos such shine is red or violet.
+# Luminance below which a highlight takes the product's hue, and how much of it, of the deepest
+# products: a white haze on wine or plum looks like ash. In photos such shine is red or violet.
 _DEEP_BELOW, _DEEPEST = 0.13, 0.7
 _BLACK = 0.02  # linear light: a product whose brightest channel is below it has no hue to speak of
 _PALE = 0.35  # luminance from which on a product may have silver sparkles

@@ -110,7 +110,7 @@ def test_a_key_that_cannot_be_read_is_named(own, tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied")  # as ssl does, without the file's name
 
     monkeypatch.setattr(ssl.SSLContext, "load_cert_chain", refuse)
-    with pytest.raises(InputError, match=r"key\.pem cannot be read: .*; give yourself the right"):
+    with pytest.raises(InputError, match=r"key\.pem cannot be read: .*; give yourself permission"):
         load_context(own, str(key))
 
 

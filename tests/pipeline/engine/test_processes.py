@@ -105,7 +105,7 @@ def test_a_process_that_does_not_end_is_one_line(monkeypatch):
     finally:
         for process in active_children():
             process.kill()
-    assert isinstance(error, WorkerError) and str(error).endswith("its pipe and was ended")
+    assert isinstance(error, WorkerError) and str(error).endswith("stopped answering and was ended")
 
 
 def test_a_job_whose_process_is_killed_is_tried_again(tmp_path):

@@ -10,8 +10,8 @@ from makeup_video.pipeline.files.disk_errors import unreadable, unwritable
 @pytest.mark.parametrize(
     ("code", "advice"),
     [
-        (errno.EACCES, "give yourself the right to read it"),
-        (errno.EISDIR, "give a file in it"),
+        (errno.EACCES, "give yourself permission to read it"),
+        (errno.EISDIR, "give a file, not a folder"),
         (errno.EIO, "copy it to another disk, or give another file"),
         (errno.EMFILE, "close other programs, or raise the limit on open files (ulimit -n)"),
         (errno.ENXIO, "give another file"),
