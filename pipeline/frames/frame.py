@@ -57,7 +57,7 @@ class Frame:
     pts: presentation time in ticks of `time_base` (seconds per tick); the origin is the source's.
     rotation_degrees: counter-clockwise turn (0, 90, 180 or 270) that makes the picture upright. The
     stored picture is never turned: only face finding reads the rotation.
-    tags: of full range where the pixel format's name says so ("yuvj420p").
+    tags: where they tell no range, of the full one if the pixel format's name does ("yuvj420p").
     """
 
     picture: av.VideoFrame
@@ -73,7 +73,7 @@ class Frame:
     def __post_init__(self) -> None:
         self.width_px, self.height_px = self.picture.width, self.picture.height
         self.pix_fmt = self.picture.format.name
-        if self.tags.range != FULL_RANGE and is_full_range(self.tags.range, self.pix_fmt):
+        if not self.tags.range and is_full_range(0, self.pix_fmt):
             self.tags = replace(self.tags, range=FULL_RANGE)
         if self.width_px < 1 or self.height_px < 1:
             raise ValueError(

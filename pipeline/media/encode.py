@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import av
 from av.codec.context import Flags
 from makeup_video.pipeline.errors import EncodeError, UsageError, option
+from makeup_video.pipeline.frames.colour_tags import FULL_RANGE, is_full_range
 from makeup_video.pipeline.frames.display_matrix import matrix_of
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.media.codecs import CODECS, MATROSKA, MP4, VideoCodec, codecs_with
@@ -248,7 +249,9 @@ def describe_pictures(stream: Any, frame: Frame) -> None:
     context = stream.codec_context
     context.width, context.height = frame.width_px, frame.height_px
     context.pix_fmt = frame.pix_fmt
-    context.colorspace, context.color_range = frame.tags.matrix, frame.tags.range
+    is_full = is_full_range(frame.tags.range, frame.pix_fmt)
+    context.colorspace = frame.tags.matrix
+    context.color_range = FULL_RANGE if is_full else frame.tags.range
     context.color_trc, context.color_primaries = frame.tags.transfer, frame.tags.primaries
     matrix = matrix_of(frame.picture)
     if matrix is not None:

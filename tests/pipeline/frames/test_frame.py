@@ -141,6 +141,6 @@ def test_only_planes_of_luma_and_chroma_are_a_frame(pix_fmt):
 @pytest.mark.parametrize("pix_fmt", ["yuvj420p", "yuv420p"])
 def test_the_name_of_a_format_may_tell_the_range(pix_fmt, range_):
     frame = Frame(picture(3, 34, 18, pix_fmt), 0, TICK, ColourTags(1, range_, 1, 1))
-    is_full = pix_fmt == "yuvj420p" or range_ == 2
+    is_full = range_ == 2 or (range_ == 0 and pix_fmt == "yuvj420p")
     assert coding_of(frame).full_range is is_full
     assert frame.tags == ColourTags(1, 2 if is_full else range_, 1, 1)
