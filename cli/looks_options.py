@@ -117,11 +117,10 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
     @property
     def files(self) -> list[str]:
         """The files that the looks are read from."""
-        from makeup_video.pipeline.look.named import look_files
         from makeup_video.pipeline.look.ready import is_file
 
         files = [name for name in self.look or [] if is_file(name)]
-        folder = [] if self.looks is None else map(str, look_files(self.looks))
+        folder = map(str, self._in_folder())
         return [*files, *(self.ref or []), *folder, *filter(None, [self.catalogue])]
 
     def wanted(self, quiet: bool = False) -> list[WantedLook]:
@@ -144,8 +143,11 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
 
     def _check(self) -> None:
         from makeup_video.pipeline import UsageError
+        from makeup_video.pipeline.look.named import is_photo
 
-        check_ref_face(self.ref_face, [*(self.ref or []), *self._photos()])
+        if self.ref_face is not None:
+            photos = [str(path) for path in self._in_folder() if is_photo(path)]
+            check_ref_face(self.ref_face, [*(self.ref or []), *photos])
         if self.catalogue is None and self.where:
             raise UsageError("--where chooses rows of a catalogue: add --catalogue CSV")
         if self.catalogue is not None and self.color is not None:
@@ -153,20 +155,18 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
 
     def _named(self) -> Iterator[WantedLook]:
         """The looks of files, ready looks and photos."""
-        from makeup_video.pipeline.look.named import is_photo, look_files
+        from makeup_video.pipeline.look.named import is_photo
 
-        found = [] if self.looks is None else look_files(self.looks)
         yield from map(self._of_file, self.look or [])
         yield from map(self._of_photo, self.ref or [])
-        for path in found:
+        for path in self._in_folder():
             yield self._of_photo(str(path)) if is_photo(path) else self._of_file(str(path))
 
-    def _photos(self) -> list[str]:
-        """The photos of --looks."""
-        from makeup_video.pipeline.look.named import is_photo, look_files
+    def _in_folder(self) -> list[Path]:
+        """The look files and photos that --looks means."""
+        from makeup_video.pipeline.look.named import look_files
 
-        found = [] if self.looks is None else look_files(self.looks)
-        return [str(path) for path in found if is_photo(path)]
+        return [] if self.looks is None else look_files(self.looks)
 
     def _of_file(self, name: str) -> WantedLook:
         return _at_once({"look": Path(name).stem}, partial(self._load, name))

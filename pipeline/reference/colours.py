@@ -13,7 +13,7 @@ import numpy as np
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.reference.cheeks import Cheeks, see_cheeks
 from makeup_video.pipeline.reference.fit_lips import lip_pixels
-from makeup_video.pipeline.reference.flat_eyes import flat_eyes
+from makeup_video.pipeline.reference.flat_eyes import FlatEye, eyes_of, mean_eye
 from makeup_video.pipeline.reference.flat_lips import FlatLips, flat_lips
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
 
@@ -32,10 +32,11 @@ _FURTHEST = 8.0  # distance from bare faces, beyond which a square says no more
 class Colours:
     """A face in neutral light, and its parts beside plain skin; None where a part is not seen.
 
-    eyes: (27, 48, 3) as of flat_eyes.  lips: (N, 3) as of lip_pixels.
+    each_eye: as of eyes_of.  eyes: (27, 48, 3) as of mean_eye.  lips: (N, 3) as of lip_pixels.
     """
 
     neutral: NeutralFace
+    each_eye: list[FlatEye]
     eyes: np.ndarray | None
     lips: np.ndarray | None
     cheeks: Cheeks | None
@@ -43,8 +44,8 @@ class Colours:
 
     @classmethod
     def of(cls, neutral: NeutralFace) -> "Colours":
-        eyes, lips, cheeks = flat_eyes(neutral), lip_pixels(neutral), see_cheeks(neutral)
-        return cls(neutral, eyes, lips, cheeks, flat_lips(neutral))
+        each, lips, cheeks = eyes_of(neutral), lip_pixels(neutral), see_cheeks(neutral)
+        return cls(neutral, each, mean_eye(each), lips, cheeks, flat_lips(neutral))
 
     def logarithms(self) -> np.ndarray:
         """(226,) float64: logarithms of eyes by blocks, lips, cheeks and skin, and the skin's

@@ -247,7 +247,7 @@ def _eyeshadow(photo: _Photo) -> list[Layer]:
     def fitted(eyes: np.ndarray | None) -> list[Layer]:
         return fit_shadows(seen.neutral, eyes, probability, photo.is_lined, winged, shimmer)
 
-    apart = different_eyes(seen.neutral) if probability >= _SURE_OF_SHADOW else {}
+    apart = different_eyes(seen.each_eye) if probability >= _SURE_OF_SHADOW else {}
     if not apart:
         return fitted(seen.eyes)
     return [

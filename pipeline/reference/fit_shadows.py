@@ -108,7 +108,7 @@ def fit_shadows(
     """The layers of eyeshadow of a face, in the order of painting; none for an eye that is not
     seen, or that looks like a bare one.
 
-    seen: as of flat_eyes.  probability: that eyeshadow is worn; the less likely, the sheerer.
+    seen: as of mean_eye.  probability: that eyeshadow is worn; the less likely, the sheerer.
     lined: whether eyeliner is worn, too.  winged: whether that surely has a wing.  shimmer: 0..1,
     as of lid_shimmer.
     """

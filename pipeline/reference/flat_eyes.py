@@ -6,6 +6,7 @@ the maps of different faces may be compared cell by cell, and a shape of eyeshad
 cells of every face.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -42,7 +43,7 @@ _COMPARED = 0.1, 1.15
 _DIFFERENT = 13.0
 
 
-class _FlatEye(NamedTuple):
+class FlatEye(NamedTuple):
     """An eye of a face.
 
     name: of the dial `eye`.  roots: (27, 48, 3) float32, of the shares of skin.  is_skin: (48,)
@@ -54,13 +55,14 @@ class _FlatEye(NamedTuple):
     is_skin: np.ndarray
 
 
-def flat_eyes(neutral: NeutralFace) -> np.ndarray | None:
-    """(27, 48, 3) float32: the roots of the shares of skin, the mean over the eyes that are seen.
+def mean_eye(eyes: Sequence[FlatEye]) -> np.ndarray | None:
+    """(27, 48, 3) float32, flat eyes: the roots of the shares of skin, the mean over the eyes.
+
+    eyes: of eyes_of.
 
     Columns that hair hides beside one eye, or that lie beyond the outline of a turned face, are
     those of the other eye, and plain skin where both are hidden. None when no eye is seen.
     """
-    eyes = _eyes_of(neutral)
     if not eyes:
         return None
     seen = np.stack([eye.is_skin for eye in eyes])[:, None, :, None]
@@ -71,10 +73,12 @@ def flat_eyes(neutral: NeutralFace) -> np.ndarray | None:
     return mean
 
 
-def different_eyes(neutral: NeutralFace) -> dict[str, np.ndarray]:
+def different_eyes(eyes: Sequence[FlatEye]) -> dict[str, np.ndarray]:
     """Both eyes by the names of the dial `eye`, (27, 48, 3) each, of a face whose eyes wear
-    different colours; of other faces none. Hidden columns are plain skin."""
-    eyes = _eyes_of(neutral)
+    different colours; of other faces none. Hidden columns are plain skin.
+
+    eyes: of eyes_of.
+    """
     if len(eyes) < 2:
         return {}
     low, high = _COMPARED
@@ -88,8 +92,8 @@ def different_eyes(neutral: NeutralFace) -> dict[str, np.ndarray]:
     return {eye.name: np.where(eye.is_skin[:, None], eye.roots, np.float32(1)) for eye in eyes}
 
 
-def _eyes_of(neutral: NeutralFace) -> list[_FlatEye]:
-    """The eyes that are seen."""
+def eyes_of(neutral: NeutralFace) -> list[FlatEye]:
+    """The eyes that are seen, each laid flat."""
     soft = cv2.GaussianBlur(neutral.linear, (0, 0), _BLUR_PX)
     within = filled(neutral.face, [FACE_OVAL.tolist()], soft.shape, mirrored=False)
     names, eyes = {number: name for name, number in NUMBERS.items()}, []
@@ -97,7 +101,7 @@ def _eyes_of(neutral: NeutralFace) -> list[_FlatEye]:
         places = _flat_places_px(lid)
         roots = neutral.roots(remap(soft, places).reshape(*FLAT_HW, 3))
         on_face = remap(within.astype(np.float32), places).reshape(FLAT_HW)
-        eyes.append(_FlatEye(names[lid.number], roots, _is_skin(roots, on_face)))
+        eyes.append(FlatEye(names[lid.number], roots, _is_skin(roots, on_face)))
     return eyes
 
 

@@ -19,7 +19,7 @@ _REACH = 0.45  # of the line from the outer corner, as the dial of eyeliner
 def lower_line(eyes: np.ndarray | None) -> float:
     """The dial `lower` of an eyeliner that is worn, 0 for no line.
 
-    eyes: (27, 48, 3) as of flat_eyes, None where no eye is seen.
+    eyes: (27, 48, 3) as of mean_eye, None where no eye is seen.
     """
     return _REACH if eyes is not None and darkness(eyes) >= _DARK_FROM else 0.0
 

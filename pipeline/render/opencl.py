@@ -30,8 +30,8 @@ def open_device(choice: str = "") -> "Device":
 
 
 def once_a_process(make: Callable[[*Args], Made]) -> Callable[[*Args], Made]:
-    """What `make` builds with OpenCL, cached by its arguments. A forked process,
-    which cannot use its parent's, makes its own."""
+    """What `make` builds with OpenCL, cached by its arguments. A forked process, which cannot use
+    its parent's, makes its own."""
 
     @cache
     def made_in(_process_id: int, *args: Any) -> Made:

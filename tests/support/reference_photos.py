@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from makeup_video.pipeline import find_faces
 from makeup_video.pipeline.reference.estimate import Estimate
+from makeup_video.pipeline.reference.flat_eyes import eyes_of, mean_eye
 from makeup_video.pipeline.reference.read_makeup import WORN_FROM
 from people import portrait
 
@@ -14,6 +15,11 @@ from people import portrait
 @cache
 def face():
     return find_faces(portrait())[0]
+
+
+def flat_eyes(neutral):
+    """The mean of a face's eyes, laid flat."""
+    return mean_eye(eyes_of(neutral))
 
 
 def dots_at(landmarks, scale):

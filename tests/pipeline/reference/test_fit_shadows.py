@@ -17,13 +17,13 @@ from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.look.params import rgb_of_hex
 from makeup_video.pipeline.reference import fit_shadows as shadows
 from makeup_video.pipeline.reference.fit_shadows import fit_shadows, shimmering
-from makeup_video.pipeline.reference.flat_eyes import density, flat_eyes, flat_places
+from makeup_video.pipeline.reference.flat_eyes import density, flat_places
 from makeup_video.pipeline.reference.neutral_face import LUMINANCE, neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.reference.spread_shadows import Spread
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 from people import portrait
-from reference_photos import face
+from reference_photos import face, flat_eyes
 
 LID = product((90, 58, 46), "matte", "eyes")
 FULL = {"slot": "full"}

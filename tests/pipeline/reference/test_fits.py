@@ -17,14 +17,14 @@ from makeup_video.pipeline.reference.cheeks import see_cheeks
 from makeup_video.pipeline.reference.fit_blush import fit_blush
 from makeup_video.pipeline.reference.fit_lips import fit_lips, lip_pixels
 from makeup_video.pipeline.reference.fit_shadows import fit_shadows
-from makeup_video.pipeline.reference.flat_eyes import FLAT_HW, density, flat_eyes
+from makeup_video.pipeline.reference.flat_eyes import FLAT_HW, density
 from makeup_video.pipeline.reference.flat_lips import flat_lips
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.reference.read_lipstick import LipstickForm, read_lipstick
 from makeup_video.pipeline.render.apply_look import PaintPictures
 from people import portrait
-from reference_photos import face
+from reference_photos import face, flat_eyes
 
 LID = product((90, 58, 46), "matte", "eyes")
 LIPS = product((180, 40, 60), "satin", "lips")

@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline.faces.topology import FACE_OVAL
-from makeup_video.pipeline.reference.flat_eyes import FLAT_HW, different_eyes, flat_eyes
+from makeup_video.pipeline.reference.flat_eyes import FLAT_HW, different_eyes, eyes_of
 from makeup_video.pipeline.reference.neutral_face import neutral_face
 from makeup_video.pipeline.reference.photo_light import photo_light
 from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
 from people import portrait
-from reference_photos import face
+from reference_photos import face, flat_eyes
 
 FIRST = 38  # column from which hair covers what lies beside an eye
 BESIDE = np.s_[:, FIRST + 2 :]
@@ -92,7 +92,7 @@ def different(right, left):
     rgb8 = portrait().copy()
     for lid, skin in zip(lid_surfaces(face()), (right, left), strict=True):
         cover(rgb8, lid.grid.to_px, 14, skin)
-    return different_eyes(neutral_face(rgb8, face(), photo_light(portrait(), face())))
+    return different_eyes(eyes_of(neutral_face(rgb8, face(), photo_light(portrait(), face()))))
 
 
 @settings(max_examples=10, deadline=None)
