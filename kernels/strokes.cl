@@ -30,11 +30,13 @@ static inline void strokes_between(
 }
 
 /* How much of a window around each pixel a line covers: see strokes_twin.py. */
-static inline float8 strokes_covered(float8 above, float8 below, float blur) {
+static inline float8 strokes_covered(float8 above, float8 below, float blur, float soft) {
     float half_px = 0.5f * blur;
     float8 covered = eight_min8(above, (float8)half_px) + eight_min8(below, (float8)half_px);
     covered = eight_clamp8(covered * (1.0f / blur), 0.0f, 1.0f);
-    return blur > 1.0f ? covered * eight_clamp8(above + 0.5f, 0.0f, 1.0f) : covered;
+    if (blur <= soft)
+        return covered;
+    return covered * eight_clamp8(above * (1.0f / soft) + 0.5f, 0.0f, 1.0f);
 }
 
 __kernel void strokes(
@@ -56,10 +58,9 @@ __kernel void strokes(
             float8 weight = (float8)0.0f, numbers[4];
             for (int i = 0; i < job.count; ++i) {
                 strokes_between(maps + job.maps + i * size, job.grid_wide, x, y, numbers);
-                weight =
-                    eight_max8(weight, strokes_covered(numbers[0], numbers[1], job.blur_px));
-                weight =
-                    eight_max8(weight, strokes_covered(numbers[2], numbers[3], job.blur_px));
+                for (int at = 0; at < 4; at += 2)
+                    weight = eight_max8(weight, strokes_covered(numbers[at], numbers[at + 1],
+                                                                job.blur_px, job.soft_px));
             }
             PUT(out + job.first + row * stride + column, is_inside ? weight : (float8)0.0f);
         }

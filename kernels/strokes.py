@@ -28,6 +28,7 @@ JOB = np.dtype([
     ("grid_wide", np.int32),
     ("grid_high", np.int32),
     ("blur_px", np.float32),
+    ("soft_px", np.float32),
 ])  # fmt: skip
 DEFINITIONS = colour.DEFINITIONS + Definitions(
     {
@@ -44,12 +45,14 @@ class Line(NamedTuple):
     maps: (P, H, W, 4) float32, for each pair of strokes how far a place lies above the lower border
     and below the upper one, px of the picture; an odd stroke stands twice. Where several meet, the
     densest counts.
-    blur_px: over how many px of the picture they fade, at least 1.
+    blur_px, soft_px: over how many px of the picture the upper border fades, and the lower one, at
+    least 1 and at most as many as above.
     """
 
     to_px: Sequence[float]
     maps: np.ndarray
     blur_px: float
+    soft_px: float
 
 
 class PlacedLine(NamedTuple):
@@ -90,7 +93,7 @@ class StrokeKernel:
             self._maps.array[begin:end] = one.line.maps.reshape(-1, MAPS)
             self._jobs.array[number] = (
                 _inverse(one), one.first, one.left, one.rect.width, one.rect.height, begin, count,
-                wide, high, one.line.blur_px,
+                wide, high, one.line.blur_px, one.line.soft_px,
             )  # fmt: skip
             begin = end
         for memory in (self._jobs, self._maps, out):

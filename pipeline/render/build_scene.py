@@ -15,6 +15,7 @@ from makeup_video.pipeline.render.opencl import once_a_process, open_device
 from makeup_video.pipeline.render.regions import READ
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.scene_light import EstimateLight
+from makeup_video.pipeline.render.softness import blur_of
 from makeup_video.pipeline.render.surfaces.eyes import (
     EYE_CURVES,
     FOLD_CURVE,
@@ -79,7 +80,7 @@ class BuildScene:
         self, frame: Frame, coding: Coding, face: Face, light: SceneLight, seconds: float
     ) -> FaceScene:
         places = {name: region.places(face) for name, region in READ.items()}
-        surfaces = self._surfaces(frame, coding, face, places)
+        surfaces, blur_px = self._surfaces(frame, coding, face, places)
         seen = SeenFace(frame, coding, face, surfaces)
         regions = {}
         for name, region in READ.items():
@@ -90,7 +91,7 @@ class BuildScene:
                     key = face.track_id, f"{name} {number}"
                     lit.append(Lit(surface, shading, self._smooth(key, mean, seconds)))
             regions[name] = tuple(lit)
-        return FaceScene(face, light, regions)
+        return FaceScene(face, light, regions, blur_px)
 
     def _surfaces(
         self,
@@ -98,14 +99,16 @@ class BuildScene:
         coding: Coding,
         face: Face,
         places: Mapping[str, list[GridPlace | None]],
-    ) -> FaceSurfaces | None:
-        """What the kernel makes of lips and lids, all at once; None where none of them is seen."""
+    ) -> tuple[FaceSurfaces | None, Mapping[str, float]]:
+        """What the kernel makes of lips and lids, all at once, and how soft the picture is there;
+        None where none of them is seen."""
         grids = [place for name in READ for place in places[name]]
         there = [place for place in grids if place]
         if not there:
-            return None
+            return None, {}
         planes = light_planes(frame, coding, there, face.points_px[_LIT].tolist())
-        return self._surface(grids, face.points_px, face.lips.logits, planes)
+        surfaces = self._surface(grids, face.points_px, face.lips.logits, planes)
+        return surfaces, blur_of(planes, face)
 
     def _smooth(self, key: tuple[int, str], mean: float, seconds: float) -> float:
         """The mean light of a region, smoothed by the frames' time."""

@@ -26,7 +26,7 @@ from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.grid import box_of
 from makeup_video.pipeline.render.regions import REGIONS
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
-from makeup_video.pipeline.render.strokes import box_of_strokes, line_of
+from makeup_video.pipeline.render.strokes import box_of_strokes, line_of, window_px
 from makeup_video.pipeline.render.surfaces.eyes import NUMBERS
 from makeup_video.pipeline.render.surfaces.region import Reader
 from makeup_video.pipeline.render.surfaces.surface import Charts, Edge, Surface
@@ -147,8 +147,10 @@ class PaintJob(NamedTuple):
 
     def line(self) -> Line:
         """Its strokes as kernels/strokes.cl draws them."""
-        part, blur_px = self.part, max(self.part.blur_px * self.share, 1.0)
-        return line_of(part.surface.grid, part.strokes, blur_px, self.share)
+        part, share = self.part, self.share
+        soft_px = window_px(part.edge.blur_px)
+        blur_px = max(part.blur_px * share, soft_px)
+        return line_of(part.surface.grid, part.strokes, blur_px, soft_px, share)
 
     def weigh(self, out: np.ndarray, origin_xy: tuple[int, int]) -> None:
         """Fill (h, w) float32 with the weight of coats that are no line, on the frame's pixels from
@@ -159,7 +161,8 @@ class PaintJob(NamedTuple):
 
 def scaled(job: PaintJob, to_new: AffineArray, share: float) -> PaintJob:
     """The same on a picture of another size.  share: its px for one of the frame."""
-    part = job.part._replace(surface=job.surface.scaled(to_new))
+    edge = job.part.edge._replace(blur_px=job.part.edge.blur_px * share)
+    part = job.part._replace(surface=job.surface.scaled(to_new), edge=edge)
     return job._replace(part=part, skin_px=job.skin_px * share, share=share)
 
 
@@ -267,17 +270,23 @@ def jobs_of(
             lits = tuple([lit for lit in lits if lit.surface.number == group.number])
         if amount <= 0 or not lits:
             continue
-        parts = _lines(lits, group) if group.is_line else _areas(lits, group, amount, reader.device)
+        blur_px = scene.blur_px.get(group.region, 0.0)
+        if group.is_line:
+            parts = _lines(lits, group, blur_px)
+        else:
+            parts = _areas(lits, group, amount, blur_px, reader.device)
         for part in parts:
             light = scene.light.for_veils if part.surface.is_broad else scene.light
             shade = region.shade(light, part.lit.mean)
             yield PaintJob(part, light, amount, shade, skin_px)
 
 
-def _areas(lits: Sequence[Lit], group: Group, amount: float, device: Device) -> Iterator[Part]:
+def _areas(
+    lits: Sequence[Lit], group: Group, amount: float, blur_px: float, device: Device
+) -> Iterator[Part]:
     """The coats of some layers on each surface of a region, on the sides where there are any."""
     for drawn in group.on(lits[0].surface):
-        coats, charts, edge = drawn.coats, drawn.charts, drawn.edge
+        coats, charts, edge = drawn.coats, drawn.charts, drawn.edge._replace(blur_px=blur_px)
         if charts is None:
             for lit in lits:
                 yield Part(lit, lit.surface, coats, edge)
@@ -292,13 +301,13 @@ def _areas(lits: Sequence[Lit], group: Group, amount: float, device: Device) -> 
                 yield Part(lit, surface, coats, edge, shares[:, at], sums[at], there[at])
 
 
-def _lines(lits: Sequence[Lit], group: Group) -> Iterator[Part]:
+def _lines(lits: Sequence[Lit], group: Group, blur_px: float) -> Iterator[Part]:
     """The lines of a layer on each surface. They lie where they are drawn, whatever the side."""
     for layer in group.layers:
         for coat in _coats(lits[0].surface.fields(), layer):
             worn = (_worn(layer.kind, coat.product, layer.strength),)
-            edge = Edge(coat.product.edge_softness)
-            seen = box_of_strokes(coat.strokes, coat.blur_px)
+            edge = Edge(coat.product.edge_softness, blur_px=blur_px)
+            seen = box_of_strokes(coat.strokes, max(coat.blur_px, window_px(blur_px)))
             for lit in lits:
                 at = lit.surface.number
                 strokes = tuple([Stroke(one.above[at], one.below[at]) for one in coat.strokes])

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from makeup_video.kernels.colour import Coding
@@ -88,11 +88,13 @@ class FaceScene:
     """One face as the renderer sees it.
 
     regions: by region the surfaces that are seen, in the order of painting.
+    blur_px: by region how soft the picture is there, see softness.py.
     """
 
     face: Face
     light: SceneLight
     regions: Mapping[str, tuple[Lit, ...]]
+    blur_px: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,11 +8,21 @@ from makeup_video.kernels.strokes import Line
 from makeup_video.pipeline.look.kinds.kind import Stroke
 from makeup_video.pipeline.render.grid import Grid
 
+_WINDOW_PER_SIGMA = 3.46  # the width of a window that is as soft as a blur of sigma 1
 
-def line_of(grid: Grid, strokes: Sequence[Stroke], blur_px: float, share: float) -> Line:
+
+def window_px(sigma_px: float) -> float:
+    """Over how many px the borders of a stroke fade in a picture with such a blur, at least 1."""
+    return max(_WINDOW_PER_SIGMA * sigma_px, 1.0)
+
+
+def line_of(
+    grid: Grid, strokes: Sequence[Stroke], blur_px: float, soft_px: float, share: float
+) -> Line:
     """Strokes on a grid, (H, W) each, as the kernel takes them.
 
-    blur_px: in px of the picture that they are drawn on.  share: its px for one of the frame.
+    blur_px, soft_px: as Line has them.  share: px of the picture that strokes are drawn on, for one
+    of the frame.
     """
     borders = [border for one in strokes for border in (one.above, one.below)]
     if len(strokes) % 2:
@@ -21,7 +31,7 @@ def line_of(grid: Grid, strokes: Sequence[Stroke], blur_px: float, share: float)
     maps: np.ndarray = merged[0][None] if len(merged) == 1 else np.stack(merged)
     if share != 1:
         maps *= np.float32(share)
-    return Line(grid.to_px.ravel().tolist(), maps, blur_px)
+    return Line(grid.to_px.ravel().tolist(), maps, blur_px, soft_px)
 
 
 def box_of_strokes(strokes: Sequence[Stroke], blur_px: float) -> np.ndarray:

@@ -16,14 +16,15 @@ def draw_strokes(
     grid: Grid,
     strokes: Sequence[Stroke],
     blur_px: float,
+    soft_px: float,
     share: float,
 ) -> None:
     """Fill (h, w) float32 with the coverage of strokes, 0..1, on the pixels from origin_xy on.
 
     Coverage is the share of a window, blur_px wide around a pixel, that lies between the borders: a
-    line that is thinner than a pixel is faint, and does not crawl. A wider window smudges the upper
-    border alone, since the lower one may be the lash line.  strokes: (H, W) each.
-    blur_px: in px of this picture.  share: px of this picture for one of the frame.
+    line that is thinner than a pixel is faint, and does not crawl. The lower border, which may be
+    the lash line, fades over soft_px alone.  strokes: (H, W) each.
+    blur_px, soft_px: as Line has them.  share: px of this picture for one of the frame.
     """
     for at in range(0, len(strokes), 2):  # two are warped at once
         first, second = strokes[at], strokes[min(at + 1, len(strokes) - 1)]
@@ -31,22 +32,22 @@ def draw_strokes(
         if share != 1:
             maps *= np.float32(share)
         there = cv2.split(grid.warped(maps, origin_xy, out.shape, _NOWHERE))
-        covered = _covered(there[0], there[1], blur_px)
+        covered = _covered(there[0], there[1], blur_px, soft_px)
         if second is not first:
-            np.maximum(covered, _covered(there[2], there[3], blur_px), out=covered)
+            np.maximum(covered, _covered(there[2], there[3], blur_px, soft_px), out=covered)
         np.maximum(out, covered, out=out) if at else np.copyto(out, covered)
 
 
-def _covered(above: np.ndarray, below: np.ndarray, blur_px: float) -> np.ndarray:
+def _covered(above: np.ndarray, below: np.ndarray, blur_px: float, soft_px: float) -> np.ndarray:
     """Coverage of one stroke by the distances from its borders, px."""
-    blur = np.float32(blur_px)  # as the kernel has it: a little more than 1 is 1
+    blur, soft = np.float32(blur_px), np.float32(soft_px)  # as the kernel has them
     half = np.float32(0.5) * blur
     covered: np.ndarray = np.minimum(above, half)
     covered += np.minimum(below, half)
     covered *= np.float32(1) / blur
     _to_share(covered)
-    if blur > 1:
-        covered *= _to_share(above + np.float32(0.5))
+    if blur > soft:
+        covered *= _to_share(above * (np.float32(1) / soft) + np.float32(0.5))
     return covered
 
 

@@ -18,7 +18,8 @@ parts = st.builds(
 lines = st.tuples(
     st.integers(0, 9999),
     st.integers(1, 3),  # strokes
-    st.floats(1, 6),  # blur
+    st.floats(1, 6),  # blur of the upper border
+    st.floats(0, 1),  # how much of it the lower border has
     st.sampled_from((1.0, 0.5, 0.25)),
     st.floats(0.6, 5),  # px between places of the grid
     st.floats(-3.2, 3.2),
@@ -46,8 +47,8 @@ def strokes_on(grid, seed, count):
     return tuple(borders)
 
 
-# in float32 this blur is 1, from which on the upper border alone is smudged
-HARDLY_BLURRED = (4, 3, 1.0000000000000002, 1.0, 3.0, 0.0, Rect(WHOLE.x, WHOLE.y, 2, 1))
+# in float32 this blur is that of the lower border, beyond which the upper one alone is smudged
+HARDLY_BLURRED = (4, 3, 1.0000000000000002, 0.0, 1.0, 3.0, 0.0, Rect(WHOLE.x, WHOLE.y, 2, 1))
 
 
 @settings(max_examples=150, deadline=None)
@@ -57,13 +58,14 @@ def test_lines_match_their_twin(given_lines):
     """They lie over each other on one rectangle, each in a part of it."""
     weights = canvas().place([WHOLE], (2, 2), np.dtype(np.uint8), [len(given_lines)])
     drawn, wanted = [], []
-    for number, (seed, count, blur_px, share, step, angle, part) in enumerate(given_lines):
+    for number, (seed, count, blur_px, lower, share, step, angle, part) in enumerate(given_lines):
+        soft_px = 1 + lower * (blur_px - 1)
         grid = grid_over(step, angle)
         strokes = strokes_on(grid, seed, count)
-        drawn.append((number, part, line_of(grid, strokes, blur_px, share)))
+        drawn.append((number, part, line_of(grid, strokes, blur_px, soft_px, share)))
         whole = np.zeros((WHOLE.height, WHOLE.width), np.float32)
         out = np.empty((part.height, part.width), np.float32)
-        draw_strokes(out, (part.x, part.y), grid, strokes, blur_px, share)
+        draw_strokes(out, (part.x, part.y), grid, strokes, blur_px, soft_px, share)
         WHOLE.part(whole, part)[:] = out
         wanted.append((whole, beyond(grid)))
     canvas().draw(drawn)
@@ -85,6 +87,6 @@ def test_pixels_beyond_the_grid_have_no_weight():
     grid = grid_over(0.6, 0.3)
     everywhere = Stroke(*np.full((2, 24, 40), 9, np.float32))
     (weight,) = canvas().place([WHOLE], (2, 2), np.dtype(np.uint8))
-    canvas().draw([(0, WHOLE, line_of(grid, (everywhere,), 1.0, 1.0))])
+    canvas().draw([(0, WHOLE, line_of(grid, (everywhere,), 1.0, 1.0, 1.0))])
     assert 0.9 * 23 * 39 * 0.36 < weight.sum() < 1.1 * 23 * 39 * 0.36
     assert weight.max() == 1

@@ -56,7 +56,9 @@ def job_weight(
     out = np.full(hw, np.nan, np.float32)
     if job.is_line:
         grid, strokes = job.surface.grid, job.part.strokes
-        draw_strokes(out, origin_xy, grid, strokes, job.line().blur_px, job.share)
+        draw_strokes(
+            out, origin_xy, grid, strokes, job.line().blur_px, job.line().soft_px, job.share
+        )
     else:
         job.weigh(out, origin_xy)
     return out

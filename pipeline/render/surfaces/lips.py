@@ -4,6 +4,7 @@ All of it lives on the grid of the face's lip patch, which is turned with the fa
 cut into columns; each has four contour points and the depths of the mesh's four rings.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
@@ -48,6 +49,7 @@ _BEYOND = -15.0  # beyond the patch: half the odds
 _SUB_BITS = 4
 _SUB = 2**_SUB_BITS  # parts of a px in which contours are drawn
 _INWARD_SIGMA_PX = 1.0  # of the patch
+_SIGMAS = 4  # of a blur: as far as OpenCV blurs
 _MARGIN = 3  # px of the coarse grid: more than the blur's four px of the patch
 _AROUND = 3  # px of the patch around what is seen
 # The chart: one row from the border of the lips to where they meet.
@@ -122,6 +124,7 @@ class LipsSurface:
         1 on the lips, 0 beyond their edge. At an open mouth most of the edge is on the lips, at a
         shut one it is pushed over the seam.
         """
+        blur = edge.blur_px / step_px(self.face.lips.to_px)  # px of the patch
         x, y, wide, high = self._box(edge)
         left, top = max(x - _AROUND, 0), max(y - _AROUND, 0)
         part = np.s_[top : y + high + _AROUND, left : x + wide + _AROUND]
@@ -135,7 +138,9 @@ class LipsSurface:
         a, b, shift_x, c, d, shift_y = Affine.from_array(self.face.lips.to_px)
         shift_x += a * left + b * top - origin_xy[0]
         shift_y += c * left + d * top - origin_xy[1]
-        if abs(a * d - b * c) > 1.5**2:
+        if blur:  # what is soft needs no finer steps than those of the patch
+            across = cv2.GaussianBlur(_smoothstep(across), (0, 0), blur)
+        elif abs(a * d - b * c) > 1.5**2:
             # twice as fine by cubics, then linear: on large faces a third of the cost of cubics
             # alone. Cubics would swing up beside a steep fall, and stand as a spike on the skin
             np.minimum(np.maximum(across, _LOW, out=across), _HIGH, out=across)
@@ -146,13 +151,9 @@ class LipsSurface:
         # in an array of its own: rows of `out` are apart, which slows each step
         there: np.ndarray = cv2.warpAffine(
             across, to_px, out.shape[::-1],
-            borderMode=cv2.BORDER_CONSTANT, borderValue=_BEYOND / half,
+            borderMode=cv2.BORDER_CONSTANT, borderValue=0.0 if blur else _BEYOND / half,
         )  # fmt: skip
-        np.minimum(np.maximum(there, 0, out=there), 1, out=there)
-        rest = there * -2
-        rest += 3
-        there *= there
-        cv2.multiply(there, rest, dst=out)
+        out[:] = there if blur else _smoothstep(there)
         if density is not None:
             out *= self.grid.warped(density, origin_xy, out.shape, 0.0)
 
@@ -160,7 +161,11 @@ class LipsSurface:
         """Of the patch, where there is weight."""
         if edge not in self.boxes:
             least = -(1 + OVER_SEAM) * self._half_edge(edge) - _WIDER * edge.wider
-            self.boxes[edge] = box_of(self.odds > least)
+            there: np.ndarray = self.odds > least
+            if edge.blur_px:
+                more = math.ceil(_SIGMAS * edge.blur_px / step_px(self.face.lips.to_px))
+                there = cv2.dilate(there.view(np.uint8), np.ones((2 * more + 1,) * 2, np.uint8))
+            self.boxes[edge] = box_of(there.view(bool))
         return self.boxes[edge]
 
     def _half_edge(self, edge: Edge) -> float:
@@ -173,6 +178,16 @@ class LipsSurface:
         """The same on a picture of another size."""
         grid = Grid(compose(to_new, self.grid.to_px), self.grid.size_wh)
         return replace(self, grid=grid, face=moved(self.face, to_new), boxes={})
+
+
+def _smoothstep(across: np.ndarray) -> np.ndarray:
+    """The weight across an edge, from 0 to 1; `across` is changed."""
+    np.minimum(np.maximum(across, 0, out=across), 1, out=across)
+    rest = across * -2
+    rest += 3
+    across *= across
+    across *= rest
+    return across
 
 
 def lip_place(face: Face) -> GridPlace | None:
