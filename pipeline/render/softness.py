@@ -7,11 +7,9 @@ import cv2
 import numpy as np
 from makeup_video.kernels.light import LightPlanes
 from makeup_video.pipeline.faces.face import Face, iod_px
-from makeup_video.pipeline.faces.topology import EYE_CORNERS, LIPS_OUTER
+from makeup_video.pipeline.faces.topology import EYE_CORNERS
 
-# The outer corners of the eyes, and where lips are widest, highest and lowest.
-_EYES, _MOUTH = np.asarray(EYE_CORNERS), LIPS_OUTER[::5]
-# Half the width and height of what is read around the middle of both, in IOD.
+# Half the width and height of what is read around the middle of eyes and mouth, in IOD.
 _EYES_REACH, _MOUTH_REACH = (0.6, 0.2), (0.38, 0.25)
 _AGAIN_SIGMA, _AGAIN_PX = 1.5, 9  # the blur that tells how blurred the picture is already
 _BORDER_PX = 2  # of what is read: its blur would mirror the border
@@ -31,17 +29,19 @@ def blur_of(light: LightPlanes, face: Face) -> dict[str, float]:
     where that is sharper.
     light: the planes that light on the face is read from.
     """
-    mouth = _more_px(light, face, _MOUTH, _MOUTH_REACH)
-    eyes = min(_more_px(light, face, _EYES, _EYES_REACH), mouth) if mouth else 0.0
+    unit, (high, wide) = iod_px(face), face.lips.logits.shape
+    middle_xy = (face.lips.to_px @ (0.5 * wide, 0.5 * high, 1.0)).tolist()
+    mouth = eyes = _more_px(light, middle_xy, _MOUTH_REACH, unit)
+    if mouth:
+        middle_xy = face.points_px.take(EYE_CORNERS, 0).mean(0).tolist()[:2]
+        eyes = min(_more_px(light, middle_xy, _EYES_REACH, unit), mouth)
     return {"lips": mouth, "eyes": eyes}
 
 
 def _more_px(
-    light: LightPlanes, face: Face, around: np.ndarray, reach: tuple[float, float]
+    light: LightPlanes, middle_xy: Sequence[float], reach: tuple[float, float], unit: float
 ) -> float:
-    """The blur around points of the face beyond that of a sharp picture: sigma, px of the frame."""
-    unit = iod_px(face)
-    middle_xy = face.points_px[around, :2].mean(0).tolist()
+    """The blur around a place beyond that of a sharp picture: sigma, px of the frame."""
     sigma = _sigma_px(light, middle_xy, reach[0] * unit, reach[1] * unit)
     return math.sqrt(max(sigma**2 - (_SHARP * unit) ** 2, 0.0))
 
@@ -55,26 +55,27 @@ def _sigma_px(light: LightPlanes, middle_xy: Sequence[float], wide: float, high:
     x, y = middle_xy
     left, right = ((x + side) * x_scale + x_offset for side in (-wide, wide))
     top, bottom = ((y + side) * y_scale + y_offset for side in (-high, high))
-    rows = slice(max(int(top), 0), max(int(bottom), 0))
-    seen = luma[rows, max(int(left), 0) : max(int(right), 0)].astype(np.float32)
+    seen = luma[max(int(top), 0) : max(int(bottom), 0), max(int(left), 0) : max(int(right), 0)]
     if min(seen.shape) < _LEAST_PX:
         return 0.0
-    again = cv2.GaussianBlur(seen, (_AGAIN_PX, _AGAIN_PX), _AGAIN_SIGMA)
-    first, second = _steepness(seen), _steepness(again)
+    pictures = np.empty((2, *seen.shape), np.float32)  # both at once: calls cost more than pixels
+    pictures[0] = seen
+    cv2.GaussianBlur(pictures[0], (_AGAIN_PX, _AGAIN_PX), _AGAIN_SIGMA, dst=pictures[1])
+    first, second = _steepness(pictures[:, _BORDER_PX:-_BORDER_PX, _BORDER_PX:-_BORDER_PX])
     if float(second.max()) <= (_SEEN * float(seen.mean())) ** 2:
         return 0.0
     weight = first * second
-    steeper = float(weight.ravel() @ first.ravel()) / float(weight.ravel() @ second.ravel())
+    steeper = float(weight @ first) / float(weight @ second)
     least = 1 + (_AGAIN_SIGMA / _SOFTEST) ** 2
     return _AGAIN_SIGMA / math.sqrt(max(steeper, least) - 1) / math.sqrt(x_scale * y_scale)
 
 
-def _steepness(picture: np.ndarray) -> np.ndarray:
-    """The squares of the gradients' lengths, without the border."""
-    picture = picture[_BORDER_PX:-_BORDER_PX, _BORDER_PX:-_BORDER_PX]
-    across: np.ndarray = picture[1:-1, 2:] - picture[1:-1, :-2]
-    down = picture[2:, 1:-1] - picture[:-2, 1:-1]
+def _steepness(pictures: np.ndarray) -> np.ndarray:
+    """(N, px) the squares of the gradients' lengths in every second row of pictures (N, H, W)."""
+    across = pictures[:, 1:-1:2, 2:] - pictures[:, 1:-1:2, :-2]
+    down = pictures[:, 2::2, 1:-1] - pictures[:, :-2:2, 1:-1]
     across *= across
     down *= down
     across += down
-    return across
+    steepness: np.ndarray = across.reshape(len(pictures), -1)
+    return steepness
