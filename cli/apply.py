@@ -19,7 +19,13 @@ from makeup_video.cli.options import (
     Source,
     with_options,
 )
-from makeup_video.cli.outcome import error_text, print_summary, report_errors, settle_kernels
+from makeup_video.cli.outcome import (
+    error_text,
+    join_words,
+    print_summary,
+    report_errors,
+    settle_kernels,
+)
 from makeup_video.cli.output_options import OutputOptions
 
 if TYPE_CHECKING:
@@ -109,7 +115,7 @@ def apply(
                 "--ray paints the segments of --split MINUTES: add it, or use makeup-video batch"
             )
         wanted = look.wanted(quiet)
-        run = _Run(source, look.files, report, save_look, quiet)
+        run = _Run(source, look.files, look.takes_off, report, save_look, quiet)
         outputs += name_outputs(output, source, wanted)
         if outputs != [output]:  # of a template
             folders.make(outputs)
@@ -127,11 +133,13 @@ def apply(
 class _Run:
     """What runs of one look and of several share.
 
-    inputs: files beside `source` that this run reads.  report, save_look: files to write.
+    inputs: files beside `source` that this run reads.  takes_off: options, as they are typed, that
+    may leave a look without makeup.  report, save_look: files to write.
     """
 
     source: str
     inputs: list[str]
+    takes_off: list[str]
     report: str | None
     save_look: str | None
     quiet: bool
@@ -145,7 +153,8 @@ def _look_for(run: _Run, look: WantedLook) -> "Look":
     is_meant = is_none(name) and name not in [Path(file).stem for file in run.inputs]
     if painted.is_bare and not is_meant and not run.quiet:
         why = "is at a strength of 0" if painted.layers else "has no makeup"
-        log(f"the look {name or 'given'} {why}: nothing is painted on {run.source}")
+        by = "" if painted.layers or not run.takes_off else f"with {join_words(run.takes_off)} "
+        log(f"{by}the look {name or 'given'} {why}: nothing is painted on {run.source}")
     return painted
 
 

@@ -58,7 +58,9 @@ def _own_version() -> str:
 def _system() -> str:
     from makeup_video.pipeline.engine.machine import cores
 
-    return f"{platform.platform()}, {platform.machine()}, {cores()} cores"
+    count = cores()
+    many = "core" if count == 1 else "cores"
+    return f"{platform.platform()}, {platform.machine()}, {count} {many}"
 
 
 def _packages() -> Finding:

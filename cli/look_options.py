@@ -256,4 +256,4 @@ def log_changes(read: "Look", painted: "Look") -> None:
     from makeup_video.pipeline.look.finishes import look_in_words
 
     if painted != read:
-        log(f"painted: {look_in_words(painted)}")
+        log(f"painted: {look_in_words(painted, with_bare=False)}")

@@ -123,6 +123,14 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
         folder = map(str, self._in_folder())
         return [*files, *(self.ref or []), *folder, *filter(None, [self.catalogue])]
 
+    @property
+    def takes_off(self) -> list[str]:
+        """The options, as they are typed, that may leave a look without makeup."""
+        from makeup_video.pipeline.look.words import is_none
+
+        bared = [part for part, text in self.worn.items() if is_none(text)]
+        return [f"--{name}" for name in (*(["parts"] if self.parts else []), *bared)]
+
     def wanted(self, quiet: bool = False) -> list[WantedLook]:
         """All looks, in the order --look, --ref, --looks, --catalogue; those of one name numbered.
 

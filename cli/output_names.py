@@ -54,7 +54,7 @@ def fields_of(path: Path) -> dict[str, str]:
 
 def _written_as(path: Path) -> str:
     """The extension of the output for an input: its own, or jpg or mp4 for kinds that are read, and
-    never written."""
+    never written. Only the file tells an animated PNG, which is a video, from a picture."""
     from makeup_video.pipeline.images.picture_file import WRITERS
     from makeup_video.pipeline.look.ready import PHOTO_ENDINGS
     from makeup_video.pipeline.media.codecs import CONTAINERS
@@ -62,7 +62,18 @@ def _written_as(path: Path) -> str:
     end = path.suffix.lower()
     if end and end not in (*WRITERS, *CONTAINERS):
         return "jpg" if end in PHOTO_ENDINGS else "mp4"
-    return end.removeprefix(".")
+    return "mp4" if end == ".png" and _is_animated(path) else end.removeprefix(".")
+
+
+def _is_animated(png: Path) -> bool:
+    from makeup_video.pipeline import InputError
+    from makeup_video.pipeline.files.local_file import local_file
+    from makeup_video.pipeline.images.picture_file import is_animated_png
+
+    try:
+        return is_animated_png(local_file(png))
+    except InputError:  # which its own job reports
+        return False
 
 
 def _with_look(output: str) -> str:

@@ -34,9 +34,10 @@ static inline float8 strokes_covered(float8 above, float8 below, float blur, flo
     float half_px = 0.5f * blur;
     float8 covered = eight_min8(above, (float8)half_px) + eight_min8(below, (float8)half_px);
     covered = eight_clamp8(covered * (1.0f / blur), 0.0f, 1.0f);
-    if (blur <= soft)
-        return covered;
-    return covered * eight_clamp8(above * (1.0f / soft) + 0.5f, 0.0f, 1.0f);
+    /* from twice the width on all of it, so that nothing jumps where a picture gets softer */
+    float share = clamp(blur / soft - 1.0f, 0.0f, 1.0f);
+    float8 lower = eight_clamp8(above * (1.0f / soft) + 0.5f, 0.0f, 1.0f);
+    return covered * (1.0f + share * (lower - 1.0f));
 }
 
 __kernel void strokes(

@@ -16,6 +16,7 @@ _FURTHEST_PX = 1e6  # from the picture's corner: further than any picture reache
 # mouth_visible below which no lipstick is painted, and above which all of it. Medical masks score
 # under 0.1 (549 of 571 under 0.2), mouths over 0.9 (727 of 735); between lie hands and microphones.
 _MOUTH_SEEN = 0.4, 0.8
+_FIND = "find_faces(picture) returns the faces of a picture"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,6 +135,8 @@ def check_faces(faces: Iterable[Face]) -> tuple[Face, ...]:
     """
     if isinstance(faces, Face):
         raise TypeError("faces must be a list of faces, got one Face: give [face]")
+    if not isinstance(faces, Iterable):
+        raise TypeError(f"faces must be a list of faces, got {type(faces).__name__}: {_FIND}")
     found = tuple(faces)
     for face in found:
         check_face_type(face)
@@ -143,9 +146,8 @@ def check_faces(faces: Iterable[Face]) -> tuple[Face, ...]:
 def check_face_type(face: object) -> None:
     """Raises TypeError for anything but one face."""
     if not isinstance(face, Face):
-        how = "give one of them, such as faces[0]" if isinstance(face, tuple | list) else (
-            "find_faces(picture) returns the faces of a picture"
-        )  # fmt: skip
+        is_list = isinstance(face, tuple | list)
+        how = "give one of them, such as faces[0]" if is_list else _FIND
         raise TypeError(f"a face must be a Face, got {type(face).__name__}: {how}")
 
 

@@ -39,6 +39,9 @@ _PNG_TAGS = {
 _KNOWN_TEXTS = (b"XML:com.adobe.xmp\0", b"Raw profile type ")
 _IPTC_TEXTS = (b"Raw profile type iptc\0", b"Raw profile type 8bim\0")  # alone, or Photoshop's
 _EXTENDED_XMP = b"http://ns.adobe.com/xmp/extension/\0"  # of a JPEG's APP1
+_COLOUR_TYPE = slice(25, 26)  # of a PNG's header
+# Colour types that OpenCV returns as RGB: PNGs of a palette, and of grey with transparency.
+_READ_AS_RGB = {b"\3": "palette", b"\4": "grey"}
 _IHDR_END = 33  # of a PNG: the mark, and the header with its length, name and checksum
 _JFIF = b"\xff\xe0\x00\x10JFIF\0"  # how the first segment of most JPEGs begins
 _JFIF_END = 20  # of the file's bytes, where that segment has no small picture
@@ -145,7 +148,9 @@ def _tags_of_png(data: bytes) -> FileTags:
             across, down, unit = struct.unpack(">IIB", content)
             per_metre = (across, down) if unit == 1 and across and down else None
     names = [name for name in dict.fromkeys(names) if name]
-    return FileTags("png", tuple(names), blocks, per_metre, lost)
+    was = _READ_AS_RGB.get(data[_COLOUR_TYPE])
+    changed = (f"{was} -> RGB",) if was else ()
+    return FileTags("png", tuple(names), blocks, per_metre, lost, changed)
 
 
 def _tags_of_jpeg(data: bytes) -> FileTags:

@@ -180,9 +180,10 @@ def _checked(names: list[str], path: str | os.PathLike[str]) -> list[str]:
             f"{path}, line 1 is empty: a catalogue needs the columns {', '.join(COLUMNS)}"
         )
     if missing:
+        tabs = f"; the line has tabs: {AS_UTF8}" if any("\t" in name for name in names) else ""
         raise CatalogueError(
             f"{path}, line 1: the columns {', '.join(COLUMNS)} are needed once each, separated "
-            f"by commas or semicolons; missing or twice: {', '.join(missing)}"
+            f"by commas or semicolons; missing or twice: {', '.join(missing)}{tabs}"
         )
     twice = next((name for name, count in counts.items() if name and count > 1), None)
     if twice is not None:

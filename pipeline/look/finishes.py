@@ -84,13 +84,18 @@ def _finish_seen(params: GraphicsParams, part: str) -> str:
     return _closest(names, {key: getattr(params, key) for key in seen}, part)
 
 
-def look_in_words(look: Look) -> str:
-    """A look in one line: "lips #B4002E, glossy, opaque; eyes bare; all at 50%"."""
+def look_in_words(look: Look, *, with_bare: bool = True) -> str:
+    """A look in one line: "lips #B4002E, glossy, opaque; eyes bare; all at 50%".
+
+    with_bare: name lips and eyes that wear nothing, too; else a look of no layers is "nothing".
+    """
     parts = [
         f"{kind.part} {part_in_words(look, kind.name) or 'bare'}"
         for kind in KINDS.values()
-        if kind.part in _ALWAYS_NAMED or look.of(kind.name)
+        if look.of(kind.name) or (with_bare and kind.part in _ALWAYS_NAMED)
     ]
+    if not parts:
+        return "nothing"
     if look.strength < 1:
         parts.append(f"all at {look.strength:.0%}")
     return "; ".join(parts)

@@ -27,6 +27,7 @@ from typing import Any, ClassVar, NoReturn, Self
 from makeup_video.pipeline.errors import LookError, OutputError
 from makeup_video.pipeline.files.disk_errors import unreadable, unwritable
 from makeup_video.pipeline.files.ordinary import read_ordinary
+from makeup_video.pipeline.files.path_argument import check_path
 from makeup_video.pipeline.look.kinds import KINDS, PAINTED
 from makeup_video.pipeline.look.kinds.kind import LEFT_EYE, RIGHT_EYE, Kind
 from makeup_video.pipeline.look.params import (
@@ -269,7 +270,7 @@ class Look:
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read a look file (UTF-8 JSON, at most 1 MB). Raises LookError naming file and fault."""
-        if not os.fspath(path):
+        if not check_path("path", path):
             raise LookError(_NO_NAME)
         try:
             text = read_ordinary(path, _MOST_BYTES).decode("utf-8-sig")
@@ -288,7 +289,7 @@ class Look:
         Raises OutputError; a file that was there before is then as it was, unless its folder takes
         no new files.
         """
-        if not os.fspath(path):
+        if not check_path("path", path):
             raise OutputError(_NO_NAME)
         try:
             self._write(Path(path))

@@ -186,7 +186,9 @@ def _range_text(low: float, high: float) -> str:
 
 
 def _as_json(value: Any) -> str:
-    return json.dumps(value, default=repr)
+    """JSON with umlauts as they are, and escapes for what does not print, as repr writes them."""
+    text = json.dumps(value, default=repr, ensure_ascii=False)
+    return "".join(one if one.isprintable() else json.dumps(one)[1:-1] for one in text)
 
 
 def shown(value: Any, spell: Callable[[Any], str] = _as_json) -> str:

@@ -33,6 +33,7 @@ class Muxer:
 
     The file grows as NAME.part.EXT beside the target and gets its name once it is whole.
     dropped: what the container cannot hold, by name.  converted: what changes its codec.
+    hardly_played: what few players can play in this container.
     skipped_packets: damaged packets of other streams that no muxer or decoder takes.
     video_packets: those of the encoder so far.  bytes_out: size of the file, once it is whole.
     is_finished: the file is closed and was given its name, or was left under that of its part.
@@ -44,6 +45,7 @@ class Muxer:
         self.dropped: list[str] = []
         self._dropped_by_container: list[str] = []  # Matroska may hold it
         self.converted: list[str] = []
+        self.hardly_played: list[str] = []
         self.bytes_out = 0
         self.video_packets = 0
         self.is_finished = False
@@ -105,6 +107,7 @@ class Muxer:
         self._dropped_by_container += self._others.dropped
         self.dropped += self._dropped_by_container
         self.converted += self._others.converted
+        self.hardly_played += self._others.hardly_played
 
     def _add_video(self, video: Any, source: VideoSource) -> None:
         self._video = video

@@ -5,7 +5,7 @@ from typing import Any
 
 from makeup_video.pipeline.media.codecs import MP4
 from makeup_video.pipeline.media.input_file import VideoSource, is_cover
-from makeup_video.pipeline.media.pcm_gaps import FillPcmGaps, has_pcm
+from makeup_video.pipeline.media.pcm_gaps import FillPcmGaps, has_pcm, is_pcm_of_mp4
 from makeup_video.pipeline.media.streams import (
     codec_name,
     copy_stream,
@@ -31,6 +31,7 @@ class OtherStreams:
 
     container: the output.  first_packets: those that came before the output was opened.
     dropped, converted: one line for each stream that is left out, or changes its codec.
+    hardly_played: one line for each stream that is copied, and that few players can play there.
     converters: to be flushed at the end.
     """
 
@@ -42,6 +43,7 @@ class OtherStreams:
         self._routes: dict[int, tuple[Any, Convert | None]] = {}
         self.dropped: list[str] = []
         self.converted: list[str] = []
+        self.hardly_played: list[str] = []
         self.converters: list[AudioConverter | SubtitleConverter] = []
 
     def route(self, index: int) -> tuple[Any, Convert | None] | None:
@@ -66,6 +68,10 @@ class OtherStreams:
             added = copy_stream(self._container, stream)
             counts_samples = self._format in MP4 and has_pcm(stream)
             self._routes[stream.index] = (added, FillPcmGaps(stream) if counts_samples else None)
+            if counts_samples and self._format == "mp4" and not is_pcm_of_mp4(stream):
+                self.hardly_played.append(
+                    f"{label_of(stream)}: few players can play PCM in mp4; more can in mov"
+                )
         else:
             added = self._add_converted(stream)
             if added is None:

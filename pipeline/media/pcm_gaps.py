@@ -12,6 +12,7 @@ import av
 
 _LEAST_SECONDS = Fraction(1, 20)  # shorter ones may be the rounding of some container's clock
 _LINEAR = re.compile(r"pcm_[suf](\d+)[lb]?e?$")
+_IN_MP4 = ("ipcm", "fpcm")  # names of its codecs (ISO/IEC 23003-5); mov has others
 _LOGARITHMIC = {"pcm_alaw": 0xD5, "pcm_mulaw": 0xFF}  # silence in a byte (ITU-T G.711)
 
 
@@ -59,3 +60,8 @@ def has_pcm(stream: Any) -> bool:
     """True for sound whose samples are stored as they are."""
     name = str(stream.name)
     return stream.type == "audio" and (name in _LOGARITHMIC or _LINEAR.match(name) is not None)
+
+
+def is_pcm_of_mp4(stream: Any) -> bool:
+    """True for PCM as mp4 names it: its owner presumably has a player for it."""
+    return stream.codec_context.codec_tag in _IN_MP4

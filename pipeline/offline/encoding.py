@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from makeup_video.pipeline.engine.machine import cores
+from makeup_video.pipeline.errors import UsageError
 from makeup_video.pipeline.frames.frame import layout_of
 from makeup_video.pipeline.media.codecs import (
     VideoCodec,
@@ -20,6 +21,7 @@ from makeup_video.pipeline.offline.settings import Settings
 
 _LARGE_PX = 6_000_000  # of a frame: between 1440p and 2160p
 _MORE_CHROMA = {(1, 1): "4:4:4", (2, 1): "4:2:2"}  # by luma pixels for one sample of chroma
+_ANIMATED_PNG = "apng"  # FFmpeg's name of the format
 _PROGRESSIVE = 1  # FFmpeg's AV_FIELD_PROGRESSIVE; 0 is unknown, and higher numbers are interlaced
 
 
@@ -56,7 +58,7 @@ class Encoding:
 
 def choose_encoding(source: VideoSource, output: Path, settings: Settings) -> Encoding:
     """Raises UsageError for settings that do not fit together, before the output is begun."""
-    container = container_of(output)
+    container = _container_of(source, output)
     becomes_sdr = settings.sdr and source.tags.is_hdr
     deep = not becomes_sdr and (source.bit_depth > 8 or source.tags.is_hdr)
     if settings.bit_depth is not None:
@@ -75,6 +77,16 @@ def choose_encoding(source: VideoSource, output: Path, settings: Settings) -> En
     frame_px = source.frame_px * (2 if settings.compare else 1)
     sdr, is_opaque = settings.sdr, source.is_opaque
     return Encoding(container, codec, options, frame_px, depth, sdr, note, is_opaque)
+
+
+def _container_of(source: VideoSource, output: Path) -> str:
+    """As container_of; its error says when the source is a PNG that counts as a video."""
+    try:
+        return container_of(output)
+    except UsageError as error:
+        if source.container.format.name == _ANIMATED_PNG:
+            error.extend(before=f"{source.path} is an animated PNG: ")
+        raise
 
 
 def _hardly_played(

@@ -6,6 +6,7 @@ import os
 from makeup_video.pipeline.engine.machine import one_opencv_thread
 from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.files.local_file import local_file
+from makeup_video.pipeline.files.path_argument import check_path
 from makeup_video.pipeline.offline.overlay import DrawFaces
 from makeup_video.pipeline.offline.points_file import PointsFile
 from makeup_video.pipeline.offline.report import Report
@@ -27,8 +28,12 @@ def inspect_video(
     points: a file for the points as JSON, one frame per line. After Ctrl-C the points so far stay
     under the name of the part, beside the part of dst.
     settings: as in process_video, but without `split_minutes` and `faces`.
-    Raises TypeError for settings of another type, else one of `errors`.
+    Raises TypeError for an argument of another type, else one of `errors`.
     """
+    check_path("src", src)
+    check_path("dst", dst)
+    if points is not None:
+        check_path("points", points)
     settings = Settings.checked(settings)
     check_progress(on_progress)
     for name in settings.given(("split_minutes", "faces")):

@@ -18,6 +18,7 @@ from makeup_video.pipeline.engine.machine import (
 from makeup_video.pipeline.errors import MakeupVideoError, StoppedError, UsageError, option
 from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.files.output_file import check_apart, check_place
+from makeup_video.pipeline.files.path_argument import check_path
 from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.look.look import Look, check_look
 from makeup_video.pipeline.media.duration import check_start
@@ -58,12 +59,14 @@ def process_looks(
     painted.
     Returns by output, as a Path, its report, or the error that ended this look alone, such as a
     full disk. The seconds of a report are those of all looks that were painted at the same time.
-    Raises TypeError for a look of another type; one of `errors` before anything is written, or for
-    what ends all looks: Ctrl-C, or an input that cannot be read while no output is whole yet.
+    Raises TypeError for an argument of another type; one of `errors` before anything is written, or
+    for what ends all looks: Ctrl-C, or an input that cannot be read while no output is whole yet.
     """
+    check_path("src", src)
     if not isinstance(looks, Mapping):
         raise TypeError(f"looks must be a dict of outputs and looks, got {type(looks).__name__}")
-    for look in looks.values():
+    for output, look in looks.items():
+        check_path("an output of looks", output)
         check_look(look)
     check_progress(on_progress)
     if not 0 < memory_share <= 1:

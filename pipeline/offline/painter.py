@@ -29,15 +29,22 @@ _MOST_SECONDS = 1e12  # RgbFrame counts microseconds, in 64 bits
 class Painter:
     """Paints a look on the frames of one video, each at once.
 
-    look: may be changed between two frames.  faces: "all", "largest", or the number of a face, in
-    the order in which faces come up, as `inspect_video` draws it.
+    look: may be changed between two frames; faces and device may not.  faces: "all", "largest", or
+    the number of a face, in the order in which faces come up, as `inspect_video` draws it.
     device: the OpenCL device that paints, by its number or a part of its name; "": the processor.
-    painted_frames: how many frames had a face that was painted.
+    painted_frames: how many frames had a face that was painted, in all videos.
 
     Faces are followed from frame to frame and smoothed without delay, as `makeup-video live` does.
+    A time that is not later than the last, or another size, begins a new video.
     Only one thread at a time may use a painter.  Raises TypeError for a look of another type,
     UsageError, and InstallError when the face nets or OpenCL are missing.
     """
+
+    # without slots `painter.faces = ...` would pass, and change nothing
+    __slots__ = (
+        "__weakref__", "_alone", "_composite", "_device", "_find", "_last_seconds", "_scene",
+        "_size_wh", "_smooth",
+    )  # fmt: skip
 
     def __init__(self, look: Look, *, faces: str | int = "all", device: str | int = "") -> None:
         check_look(look)
@@ -73,7 +80,7 @@ class Painter:
 
         rgb8: (H, W, 3) uint8, upright, R'G'B' as sRGB encodes it; it is not changed.
         seconds: the frame's time, later than that of the frame before. An earlier or equal time and
-        another size begin a new video, in which faces are found anew.
+        another size begin a new video, in which faces are found and numbered anew.
         Returns a new (H, W, 3) uint8 array, encoded like rgb8.  Raises ValueError for another
         shape or dtype, and for a time that is not finite; TypeError for one that is no number;
         RuntimeError while another thread uses this painter.

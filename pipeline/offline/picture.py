@@ -129,9 +129,16 @@ def _write(
     if settings.compare:
         untouched = stored if painted.shape == stored.shape else with_colour(stored)
         painted = side_by_side(untouched, painted, picture.orientation)
+    is_grey = painted.shape[2] < 3
+    if is_grey and codec == "webp":  # which holds no grey
+        painted = with_colour(painted)
     metadata = _of_these_colours(_without_thumbnail(picture.metadata), painted, report)
     report.conversions += picture.tags.conversions
-    is_lost_in_png = bool(report.dropped or report.conversions) or _loses_tags(picture.tags)
+    if stored.shape[2] < 3 <= painted.shape[2]:
+        report.conversions.append("grey -> RGB")
+    is_lost = bool(report.dropped or report.conversions)
+    # a PNG holds grey, and what else was noted so far is lost there, too
+    is_lost_in_png = (is_lost and not is_grey) or _loses_tags(picture.tags)
     written = encode_picture(target.part, _fitting(painted, picture.depth, report), metadata)
     report.dropped += _lost_metadata(written, target.part, metadata)
     written, lost_tags = with_file_tags(written, codec, picture.tags)
@@ -176,7 +183,7 @@ def _without_thumbnail(metadata: Metadata) -> Metadata:
 
 def _of_these_colours(metadata: Metadata, pixels: np.ndarray, report: Report) -> Metadata:
     """Metadata without an ICC profile of other colours than those of the pixels: what was stored as
-    CMYK is read as RGB, and a grey picture that is painted becomes RGB."""
+    CMYK is read as RGB, and a grey picture that is painted, or written as WebP, becomes RGB."""
     # the data colour space (ICC.1:2022, section 7.2.8)
     found = metadata.get(ICC_PROFILE, b"")[16:20]
     if found != b"CMYK" and (found != b"GRAY" or pixels.shape[2] < 3):

@@ -16,6 +16,7 @@ from makeup_video.pipeline.engine.machine import (
 from makeup_video.pipeline.engine.runner import Stage
 from makeup_video.pipeline.errors import DecodeError
 from makeup_video.pipeline.files.local_file import local_file
+from makeup_video.pipeline.files.path_argument import check_path
 from makeup_video.pipeline.images.picture_file import is_picture
 from makeup_video.pipeline.look.look import Look, check_look
 from makeup_video.pipeline.media.input_file import VideoSource
@@ -45,6 +46,8 @@ def process_video(
     A script that sets `split_minutes` needs `if __name__ == "__main__"` around its call, since the
     processes of the segments import it.
     """
+    check_path("src", src)
+    check_path("dst", dst)
     look, settings = Look() if look is None else look, Settings.checked(settings)
     check_look(look)
     check_progress(on_progress)

@@ -21,6 +21,7 @@ class Report:
     skipped_packets: damaged packets of other streams.
     dropped, converted: streams and metadata that the output could not hold, or not as they were;
     the latter names moved times, too.
+    hardly_played: streams that were copied, and that few players can play in the output.
     conversions: changes of the pixel format or the size before painting.
     frames_with_face, faces: how many frames show a face, and how many faces there are in all; None
     in a run that does not find faces.
@@ -53,6 +54,7 @@ class Report:
     damaged: bool = False
     dropped: list[str] = field(default_factory=list)
     converted: list[str] = field(default_factory=list)
+    hardly_played: list[str] = field(default_factory=list)
     conversions: list[str] = field(default_factory=list)
     frames_with_face: int | None = None
     faces: int | None = None
@@ -88,6 +90,7 @@ class Report:
         """One line for everything that differs from the source, or was not painted."""
         lines = [f"changed: {text}" for text in (*self.conversions, *self.converted)]
         lines += [f"dropped: {text}" for text in self.dropped]
+        lines += self.hardly_played
         if self.encoder_note:
             lines.append(f"encoder: {self.encoder_note}")
         if self.why_whole:

@@ -97,9 +97,6 @@ def _run(
 
 
 def check_name(dst: str | os.PathLike[str]) -> None:
-    """Raises UsageError for an output that names a folder, TypeError for bytes."""
-    name = os.fspath(dst)
-    if not isinstance(name, str):
-        raise TypeError(f"the output must be a str or a Path, got {name!r}: os.fsdecode decodes it")
-    if name.endswith(os.sep):
+    """Raises UsageError for an output that names a folder."""
+    if os.fspath(dst).endswith(os.sep):
         raise UsageError(f"the output {dst} names a folder: give the name of a file")

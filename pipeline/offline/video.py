@@ -119,6 +119,7 @@ def video_report(
         damaged=stats.is_damaged or muxer.skipped_packets > 0,
         dropped=muxer.dropped,
         converted=stats.moved + muxer.converted,
+        hardly_played=muxer.hardly_played,
         conversions=list(decoder.convert.conversions),
         media_seconds=float(encoder.span[1] - encoder.span[0]),
         first_packet_unix_seconds=encoder.first_packet_at,

@@ -21,6 +21,7 @@ from makeup_video.pipeline.errors import (
     option,
 )
 from makeup_video.pipeline.faces.face import Face, check_face_type
+from makeup_video.pipeline.files.path_argument import GIVE_NAME, check_path
 from makeup_video.pipeline.frames.views import RgbPicture, check_rgb8
 from makeup_video.pipeline.images.photo_file import read_photo
 from makeup_video.pipeline.look.finishes import FINISHES, nearest_finish, part_in_words
@@ -140,9 +141,12 @@ def look_from_photo(
     """The makeup worn in a photo file, or in the bytes of one, as `read_photo` reads it.
 
     face: None or "" for the only face, "largest", or the number of a face, 0 being the largest.
-    Raises PhotoError and InputError, which name the file, UsageError for another `face`, and
-    TooLittleMemoryError.
+    Raises PhotoError and InputError, which name the file, UsageError for another `face`, TypeError
+    for a photo of another type, and TooLittleMemoryError.
     """
+    if not isinstance(photo, bytes):
+        how = "estimate_look reads an array" if isinstance(photo, np.ndarray) else GIVE_NAME
+        check_path("photo", photo, how)
     return estimate_photo(photo, face).look
 
 

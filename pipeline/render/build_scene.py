@@ -80,7 +80,7 @@ class BuildScene:
         self, frame: Frame, coding: Coding, face: Face, light: SceneLight, seconds: float
     ) -> FaceScene:
         places = {name: region.places(face) for name, region in READ.items()}
-        surfaces, blur_px = self._surfaces(frame, coding, face, places)
+        surfaces, sigma_px = self._surfaces(frame, coding, face, places)
         seen = SeenFace(frame, coding, face, surfaces)
         regions = {}
         for name, region in READ.items():
@@ -91,7 +91,7 @@ class BuildScene:
                     key = face.track_id, f"{name} {number}"
                     lit.append(Lit(surface, shading, self._smooth(key, mean, seconds)))
             regions[name] = tuple(lit)
-        return FaceScene(face, light, regions, blur_px)
+        return FaceScene(face, light, regions, sigma_px)
 
     def _surfaces(
         self,
@@ -100,8 +100,8 @@ class BuildScene:
         face: Face,
         places: Mapping[str, list[GridPlace | None]],
     ) -> tuple[FaceSurfaces | None, Mapping[str, float]]:
-        """What the kernel makes of lips and lids, all at once, and how soft the picture is there;
-        None where none of them is seen."""
+        """What the kernel makes of lips and lids, all at once, or None where none of them is seen;
+        and how soft the picture is there."""
         grids = [place for name in READ for place in places[name]]
         there = [place for place in grids if place]
         if not there:

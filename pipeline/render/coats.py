@@ -148,7 +148,7 @@ class PaintJob(NamedTuple):
     def line(self) -> Line:
         """Its strokes as kernels/strokes.cl draws them."""
         part, share = self.part, self.share
-        soft_px = window_px(part.edge.blur_px)
+        soft_px = window_px(part.edge.sigma_px)
         blur_px = max(part.blur_px * share, soft_px)
         return line_of(part.surface.grid, part.strokes, blur_px, soft_px, share)
 
@@ -161,7 +161,7 @@ class PaintJob(NamedTuple):
 
 def scaled(job: PaintJob, to_new: AffineArray, share: float) -> PaintJob:
     """The same on a picture of another size.  share: its px for one of the frame."""
-    edge = job.part.edge._replace(blur_px=job.part.edge.blur_px * share)
+    edge = job.part.edge._replace(sigma_px=job.part.edge.sigma_px * share)
     part = job.part._replace(surface=job.surface.scaled(to_new), edge=edge)
     return job._replace(part=part, skin_px=job.skin_px * share, share=share)
 
@@ -270,11 +270,11 @@ def jobs_of(
             lits = tuple([lit for lit in lits if lit.surface.number == group.number])
         if amount <= 0 or not lits:
             continue
-        blur_px = scene.blur_px.get(group.region, 0.0)
+        sigma_px = scene.sigma_px.get(group.region, 0.0)
         if group.is_line:
-            parts = _lines(lits, group, blur_px)
+            parts = _lines(lits, group, sigma_px)
         else:
-            parts = _areas(lits, group, amount, blur_px, reader.device)
+            parts = _areas(lits, group, amount, sigma_px, reader.device)
         for part in parts:
             light = scene.light.for_veils if part.surface.is_broad else scene.light
             shade = region.shade(light, part.lit.mean)
@@ -282,11 +282,11 @@ def jobs_of(
 
 
 def _areas(
-    lits: Sequence[Lit], group: Group, amount: float, blur_px: float, device: Device
+    lits: Sequence[Lit], group: Group, amount: float, sigma_px: float, device: Device
 ) -> Iterator[Part]:
     """The coats of some layers on each surface of a region, on the sides where there are any."""
     for drawn in group.on(lits[0].surface):
-        coats, charts, edge = drawn.coats, drawn.charts, drawn.edge._replace(blur_px=blur_px)
+        coats, charts, edge = drawn.coats, drawn.charts, drawn.edge._replace(sigma_px=sigma_px)
         if charts is None:
             for lit in lits:
                 yield Part(lit, lit.surface, coats, edge)
@@ -301,13 +301,13 @@ def _areas(
                 yield Part(lit, surface, coats, edge, shares[:, at], sums[at], there[at])
 
 
-def _lines(lits: Sequence[Lit], group: Group, blur_px: float) -> Iterator[Part]:
+def _lines(lits: Sequence[Lit], group: Group, sigma_px: float) -> Iterator[Part]:
     """The lines of a layer on each surface. They lie where they are drawn, whatever the side."""
     for layer in group.layers:
         for coat in _coats(lits[0].surface.fields(), layer):
             worn = (_worn(layer.kind, coat.product, layer.strength),)
-            edge = Edge(coat.product.edge_softness, blur_px=blur_px)
-            seen = box_of_strokes(coat.strokes, max(coat.blur_px, window_px(blur_px)))
+            edge = Edge(coat.product.edge_softness, sigma_px=sigma_px)
+            seen = box_of_strokes(coat.strokes, max(coat.blur_px, window_px(sigma_px)))
             for lit in lits:
                 at = lit.surface.number
                 strokes = tuple([Stroke(one.above[at], one.below[at]) for one in coat.strokes])

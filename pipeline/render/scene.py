@@ -88,13 +88,14 @@ class FaceScene:
     """One face as the renderer sees it.
 
     regions: by region the surfaces that are seen, in the order of painting.
-    blur_px: by region how soft the picture is there, see softness.py.
+    sigma_px: by region how soft the picture is there, px of the frame, see softness.py; a region
+    that is missing is sharp.
     """
 
     face: Face
     light: SceneLight
     regions: Mapping[str, tuple[Lit, ...]]
-    blur_px: Mapping[str, float] = field(default_factory=dict)
+    sigma_px: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,17 +6,20 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 from makeup_video.kernels.light import LightPlanes
-from makeup_video.pipeline.faces.face import Face, iod_px
+from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE_CORNERS
 
+WINDOW_PER_SIGMA = 3.46  # the width of a window, or of a ramp, that is as soft as a blur of sigma 1
 # Half the width and height of what is read around the middle of eyes and mouth, in IOD.
 _EYES_REACH, _MOUTH_REACH = (0.6, 0.2), (0.38, 0.25)
 _AGAIN_SIGMA, _AGAIN_PX = 1.5, 9  # the blur that tells how blurred the picture is already
 _BORDER_PX = 2  # of what is read: its blur would mirror the border
-_LEAST_PX = 12  # of either side of what is read
+_LEAST_PX = 14.0  # of either side of what is read
 _SEEN = 0.03  # of the mean: the least difference of px two apart that counts as an edge
 _SOFTEST = 6.0  # sigma, px of what is read: the blur is hardly known from there on
-_SHARP = 0.0125  # sigma in IOD up to which a picture counts as sharp: makeup stays as it is
+# Sigma up to which a picture counts as sharp, so that makeup stays as it is, in IOD and in px of
+# what is read: a px has a size, too. And from how many times as much on all of the blur counts.
+_SHARP, _SHARP_PX, _ALL_FROM = 0.016, 0.75, 1.3
 
 
 def blur_of(light: LightPlanes, face: Face) -> dict[str, float]:
@@ -29,45 +32,72 @@ def blur_of(light: LightPlanes, face: Face) -> dict[str, float]:
     where that is sharper.
     light: the planes that light on the face is read from.
     """
-    unit, (high, wide) = iod_px(face), face.lips.logits.shape
+    # in depth, too: a face that turns away gets narrower, and the picture no sharper
+    unit = max(math.dist(*face.points_px.take(EYE_CORNERS, 0).tolist()), 1.0)
+    (a, *_), (b, *_) = face.lips.to_px.tolist()
+    along = abs(a) / max(math.hypot(a, b), 1e-9), abs(b) / max(math.hypot(a, b), 1e-9)
+    high, wide = face.lips.logits.shape
     middle_xy = (face.lips.to_px @ (0.5 * wide, 0.5 * high, 1.0)).tolist()
-    mouth = eyes = _more_px(light, middle_xy, _MOUTH_REACH, unit)
-    if mouth:
-        middle_xy = face.points_px.take(EYE_CORNERS, 0).mean(0).tolist()[:2]
-        eyes = min(_more_px(light, middle_xy, _EYES_REACH, unit), mouth)
-    return {"lips": mouth, "eyes": eyes}
+    mouth = _more_px(light, middle_xy, _MOUTH_REACH, along, unit)
+    if mouth == 0:
+        return {"lips": 0.0, "eyes": 0.0}
+    middle_xy = face.points_px.take(EYE_CORNERS, 0).mean(0).tolist()[:2]
+    eyes = _more_px(light, middle_xy, _EYES_REACH, along, unit)
+    known = [one for one in (mouth, eyes) if one is not None]
+    return {"lips": mouth or 0.0, "eyes": min(known, default=0.0)}
 
 
 def _more_px(
-    light: LightPlanes, middle_xy: Sequence[float], reach: tuple[float, float], unit: float
-) -> float:
-    """The blur around a place beyond that of a sharp picture: sigma, px of the frame."""
-    sigma = _sigma_px(light, middle_xy, reach[0] * unit, reach[1] * unit)
-    return math.sqrt(max(sigma**2 - (_SHARP * unit) ** 2, 0.0))
+    light: LightPlanes,
+    middle_xy: Sequence[float],
+    reach: tuple[float, float],
+    along: tuple[float, float],
+    unit: float,
+) -> float | None:
+    """The blur around a place beyond that of a sharp picture: sigma, px of the frame; None where it
+    is not known.
+
+    reach: see above.  along: shares of x and y in the face's own horizontal.
+    """
+    x_scale, _, y_scale, _ = light.to_luma
+    scale = math.sqrt(x_scale * y_scale)
+    half_wide, half_high = (max(half * unit, 0.5 * _LEAST_PX / scale) for half in reach)
+    cos, sin = along
+    sigma = _sigma(
+        light, middle_xy, cos * half_wide + sin * half_high, sin * half_wide + cos * half_high
+    )
+    if sigma is None:
+        return None
+    sigma_px, sharp_px = sigma / scale, max(_SHARP * unit, _SHARP_PX / scale)
+    share = min((sigma_px / sharp_px - 1) / (_ALL_FROM - 1), 1.0)  # or edges would flicker
+    return share * math.sqrt(sigma_px**2 - sharp_px**2) if share > 0 else 0.0
 
 
-def _sigma_px(light: LightPlanes, middle_xy: Sequence[float], wide: float, high: float) -> float:
-    """The blur of the strongest edges: sigma, px of the frame; 0 where no edge is seen.
+def _sigma(
+    light: LightPlanes, middle_xy: Sequence[float], wide: float, high: float
+) -> float | None:
+    """The blur of the strongest edges: sigma, px of the plane; None where no edge is seen.
 
-    wide, high: half the width and height of what is read.
+    wide, high: half the width and height of what is read, px of the frame.
     """
     luma, (x_scale, x_offset, y_scale, y_offset) = light.planes[0], light.to_luma
     x, y = middle_xy
-    left, right = ((x + side) * x_scale + x_offset for side in (-wide, wide))
-    top, bottom = ((y + side) * y_scale + y_offset for side in (-high, high))
-    seen = luma[max(int(top), 0) : max(int(bottom), 0), max(int(left), 0) : max(int(right), 0)]
-    if min(seen.shape) < _LEAST_PX:
-        return 0.0
+    left, right = (max(int((x + side) * x_scale + x_offset), 0) for side in (-wide, wide))
+    top, bottom = (max(int((y + side) * y_scale + y_offset), 0) for side in (-high, high))
+    seen = luma[top:bottom, left:right]
+    if min(seen.shape) < 0.7 * _LEAST_PX:  # the picture ends there
+        return None
     pictures = np.empty((2, *seen.shape), np.float32)  # both at once: calls cost more than pixels
     pictures[0] = seen
     cv2.GaussianBlur(pictures[0], (_AGAIN_PX, _AGAIN_PX), _AGAIN_SIGMA, dst=pictures[1])
     first, second = _steepness(pictures[:, _BORDER_PX:-_BORDER_PX, _BORDER_PX:-_BORDER_PX])
-    if float(second.max()) <= (_SEEN * float(seen.mean())) ** 2:
-        return 0.0
     weight = first * second
-    steeper = float(weight @ first) / float(weight @ second)
+    divisor = float(weight @ second)
+    # an edge of the border alone has no weight
+    if divisor <= 0 or float(second.max()) <= (_SEEN * float(seen.mean())) ** 2:
+        return None
     least = 1 + (_AGAIN_SIGMA / _SOFTEST) ** 2
-    return _AGAIN_SIGMA / math.sqrt(max(steeper, least) - 1) / math.sqrt(x_scale * y_scale)
+    return _AGAIN_SIGMA / math.sqrt(max(float(weight @ first) / divisor, least) - 1)
 
 
 def _steepness(pictures: np.ndarray) -> np.ndarray:

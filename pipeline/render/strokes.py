@@ -7,13 +7,12 @@ import numpy as np
 from makeup_video.kernels.strokes import Line
 from makeup_video.pipeline.look.kinds.kind import Stroke
 from makeup_video.pipeline.render.grid import Grid
-
-_WINDOW_PER_SIGMA = 3.46  # the width of a window that is as soft as a blur of sigma 1
+from makeup_video.pipeline.render.softness import WINDOW_PER_SIGMA
 
 
 def window_px(sigma_px: float) -> float:
     """Over how many px the borders of a stroke fade in a picture with such a blur, at least 1."""
-    return max(_WINDOW_PER_SIGMA * sigma_px, 1.0)
+    return max(WINDOW_PER_SIGMA * sigma_px, 1.0)
 
 
 def line_of(

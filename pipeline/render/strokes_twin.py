@@ -46,8 +46,10 @@ def _covered(above: np.ndarray, below: np.ndarray, blur_px: float, soft_px: floa
     covered += np.minimum(below, half)
     covered *= np.float32(1) / blur
     _to_share(covered)
-    if blur > soft:
-        covered *= _to_share(above * (np.float32(1) / soft) + np.float32(0.5))
+    share = min(blur / soft - np.float32(1), np.float32(1))
+    if share > 0:
+        lower = _to_share(above * (np.float32(1) / soft) + np.float32(0.5))
+        covered *= 1 + share * (lower - 1)
     return covered
 
 

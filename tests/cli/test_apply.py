@@ -201,9 +201,20 @@ def test_options_override_what_the_photo_showed(folder, reads, words, look):
     is_changed = look != Look(lips=product((180, 0, 46), "gloss"))
     assert painted.startswith("painted: ") == is_changed
     if is_changed:
-        assert painted == f"painted: {look_in_words(look)}"
+        assert painted == f"painted: {look_in_words(look, with_bare=False)}"
     assert Look.load("look.json") == look
     assert run(PHOTO, "--ref", PHOTO, *words, "-q", "-y").output == ""
+
+
+def test_parts_that_options_leave_out_are_not_named(folder, reads):
+    worn = Look(lips=product((180, 0, 46), "gloss"), eyes=product((90, 58, 46), "matte", "eyes"))
+    reads(worn)
+    words = ["--ref", PHOTO, "--parts", "lips", "-o", "out.png", "-y"]
+    done = run(PHOTO, *words, "--color", "berry")
+    assert "painted: lips #9D354F, glossy, opaque\n" in done.output
+    done = run(PHOTO, *words, "--lips", "none")
+    line = "with --parts and --lips the look portrait has no makeup: nothing is painted on"
+    assert "painted: nothing\n" in done.output and line in done.output
 
 
 def test_parts_that_the_photo_leaves_bare_need_a_colour(folder, reads):
@@ -302,6 +313,10 @@ def test_a_mistake_in_the_look_is_said_before_an_old_file(folder, words, message
         (["none.json"], "the look none has no makeup: nothing is painted on in.mp4"),
         (["glam", "--strength", "0"], "the look glam is at a strength of 0: nothing is painted"),
         (["none"], None),
+        (
+            ["glam", "--parts", "lips", "--lips", "none"],
+            "with --parts and --lips the look glam has no",
+        ),
     ],
 )
 def test_a_look_without_makeup_is_said_to_paint_nothing(folder, words, line):
@@ -310,4 +325,4 @@ def test_a_look_without_makeup_is_said_to_paint_nothing(folder, words, line):
         Look().save(name)
     done = run("in.mp4", "--look", *words, "-o", "out.mp4")
     assert done.exit_code == 0
-    assert line in done.output if line else "nothing is painted" not in done.output
+    assert f"\n{line}" in f"\n{done.output}" if line else "nothing is painted" not in done.output

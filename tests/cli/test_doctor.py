@@ -7,6 +7,7 @@ from command_line import run
 from makeup_video.benchmark.self_test import self_test
 from makeup_video.cli import findings as findings_module
 from makeup_video.cli.findings import NOTE, OK
+from makeup_video.pipeline.engine import machine
 from makeup_video.pipeline.live.sources import microphone
 from makeup_video.pipeline.media.codecs import CODECS
 
@@ -22,6 +23,12 @@ def test_a_sound_machine_has_a_line_for_everything():
     assert done.exit_code == 0, done.stdout
     assert "av 1" in findings["packages"]["words"] and "h264" in findings["encoders"]["words"]
     assert "composite" in findings["self-test"]["words"]
+
+
+@pytest.mark.parametrize(("count", "words"), [(1, ", 1 core"), (2, ", 2 cores")])
+def test_cores_are_counted_in_words(monkeypatch, count, words):
+    monkeypatch.setattr(machine, "cores", lambda: count)
+    assert findings_module._system().endswith(words)
 
 
 def test_what_is_wrong_is_one_line_and_an_exit_code():

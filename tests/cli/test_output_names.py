@@ -9,6 +9,7 @@ from makeup_video.cli.looks_options import WantedLook
 from makeup_video.cli.output_names import name_outputs
 from makeup_video.pipeline import Look
 from people import SAMPLES
+from PIL import Image
 
 HEAD = "brand,product,category,shade,hex"
 
@@ -48,6 +49,13 @@ def test_ext_is_an_extension_that_is_written(ends, written):
     for end in ends.split():
         (output,) = name_outputs("{name}.{ext}", f"a.b.{end}", looks_named("x"))
         assert output == f"a.b.{written or end}"
+
+
+@pytest.mark.parametrize(("is_animated", "written"), [(True, "mp4"), (False, "png")])
+def test_ext_of_an_animated_png_is_that_of_a_video(folder, is_animated, written):
+    pictures = [Image.new("RGB", (8, 8), colour) for colour in ("red", "blue")]
+    pictures[0].save("in.png", save_all=True, append_images=pictures[1:] if is_animated else [])
+    assert name_outputs("{name}.{ext}", "in.png", looks_named("x")) == [f"in.{written}"]
 
 
 TWINS = "shades.csv, line 2 and shades.csv, line"

@@ -26,7 +26,7 @@ _SHOWN = 4000  # characters of output or of a traceback
 # The command's own lines in a successful run; --quiet suppresses all others.
 _OURS = re.compile(
     r"changed: |dropped: |the input is damaged: |no face was found|nothing was painted"
-    r"|faces under |in\.\w+: no makeup was found"
+    r"|faces under |audio #\d+ \(\w+\): few players |in\.\w+: no makeup was found"
 )
 
 

@@ -36,6 +36,7 @@ from makeup_video.pipeline.look.kinds.fields import EyeChart, EyeFields
 from makeup_video.pipeline.render.grid import Grid, PointXY, box_of
 from makeup_video.pipeline.render.lay_coats import lay_coats
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
+from makeup_video.pipeline.render.softness import WINDOW_PER_SIGMA
 from makeup_video.pipeline.render.surfaces.both_eyes import ACROSS, OUTWARDS, TOP, BothEyes
 from makeup_video.pipeline.render.surfaces.face_outline import parts_on_face
 from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, SeenFace
@@ -48,7 +49,6 @@ _CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
 _FOLD = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
 _LOWER_LASHES = np.arange(9)
 _LASH_FEATHER, _LEAST_FEATHER_PX = 0.025, 1.2  # away from a lash line; of the eye's width
-_FEATHER_PER_SIGMA = 3.46  # the width of a ramp that is as soft as a blur of sigma 1
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
 # Log luminance of the skin under the eyes beside the face's: behind dark glass, and seen.
 _BEHIND_GLASS = -1.1, -0.6
@@ -157,7 +157,7 @@ class LidSurface:
     def reach(self, edge: Edge, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
         """Lowest and highest px of the frame with weight, and some more."""
         # a pixel of skin is interpolated from places up to the diagonal of a step away
-        *_, over_px = self._feather(edge)
+        _, over_px = self._feather(edge)
         beyond_px = 1.5 * self.grid.step_px() + over_px
         inside = reduce(np.maximum, self._away_px()) > -beyond_px
         if density is not None:
@@ -173,8 +173,8 @@ class LidSurface:
     ) -> None:
         """Fill (h, w) float32 with the weight of makeup on the frame's pixels from origin_xy on:
         on skin, and feathered at the lash line."""
-        sharp_px, feather_px, over_px = self._feather(edge)
-        covers = self._covered(sharp_px, feather_px) + np.float32(over_px / feather_px)
+        feather_px, over_px = self._feather(edge)
+        covers = self._covered(feather_px, over_px) + np.float32(over_px / feather_px)
         lashes = [away_px * np.float32(1 / feather_px) + covers for away_px in self._away_px()]
         if density is None:
             density = np.ones(self.up.shape, np.float32)
@@ -194,15 +194,14 @@ class LidSurface:
         # also removes what lies beyond the lashes
         cv2.threshold(out, FAINTEST, 0, cv2.THRESH_TOZERO, out)
 
-    def _feather(self, edge: Edge) -> tuple[float, float, float]:
-        """The width of the edge at a lash line in a sharp picture and in this one, and how far it
-        reaches over the line for it, in px: a blurred edge has its middle where a sharp one has it.
-        """
+    def _feather(self, edge: Edge) -> tuple[float, float]:
+        """The width of the edge at a lash line, and how far it reaches over the line since the
+        picture is soft, in px: a blurred edge has its middle where a sharp one has it."""
         sharp_px = max(_LASH_FEATHER * self.width_px, _LEAST_FEATHER_PX)
-        feather_px = math.hypot(sharp_px, _FEATHER_PER_SIGMA * edge.blur_px)
-        return sharp_px, feather_px, 0.5 * (feather_px - sharp_px)
+        feather_px = math.hypot(sharp_px, WINDOW_PER_SIGMA * edge.sigma_px)
+        return feather_px, 0.5 * (feather_px - sharp_px)
 
-    def _covered(self, sharp_px: float, feather_px: float) -> np.ndarray | np.float32:
+    def _covered(self, feather_px: float, over_px: float) -> np.ndarray | np.float32:
         """Return what to add to the weight between the lash lines: by column, (48,) float32, or one
         number for all.
 
@@ -213,9 +212,9 @@ class LidSurface:
         opened, (most, least) = self.both.opened[self.number], _OPEN
         shut = min(max((most - opened) / (most - least), 0.0), 1.0)
         if not (self.is_upper and self.is_lower):
-            return np.float32(shut * sharp_px / feather_px)
+            return np.float32(shut * (1 - 2 * over_px / feather_px))
         deepest_px = max(0.5 * opened * self.width_px, 0.0)
-        share = np.float32(shut * (sharp_px + deepest_px) / feather_px)
+        share = np.float32(shut * (feather_px - over_px + deepest_px) / feather_px)
         covered: np.ndarray = np.maximum(_BEYOND, share)
         return covered
 

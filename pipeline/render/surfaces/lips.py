@@ -50,6 +50,7 @@ _SUB_BITS = 4
 _SUB = 2**_SUB_BITS  # parts of a px in which contours are drawn
 _INWARD_SIGMA_PX = 1.0  # of the patch
 _SIGMAS = 4  # of a blur: as far as OpenCV blurs
+_SOFT_PX = 1.0  # sigma of a blur that hides the steps of the patch, px of it
 _MARGIN = 3  # px of the coarse grid: more than the blur's four px of the patch
 _AROUND = 3  # px of the patch around what is seen
 # The chart: one row from the border of the lips to where they meet.
@@ -124,7 +125,7 @@ class LipsSurface:
         1 on the lips, 0 beyond their edge. At an open mouth most of the edge is on the lips, at a
         shut one it is pushed over the seam.
         """
-        blur = edge.blur_px / step_px(self.face.lips.to_px)  # px of the patch
+        blur = edge.sigma_px / step_px(self.face.lips.to_px)  # px of the patch
         x, y, wide, high = self._box(edge)
         left, top = max(x - _AROUND, 0), max(y - _AROUND, 0)
         part = np.s_[top : y + high + _AROUND, left : x + wide + _AROUND]
@@ -138,15 +139,16 @@ class LipsSurface:
         a, b, shift_x, c, d, shift_y = Affine.from_array(self.face.lips.to_px)
         shift_x += a * left + b * top - origin_xy[0]
         shift_y += c * left + d * top - origin_xy[1]
-        if blur:  # what is soft needs no finer steps than those of the patch
-            across = cv2.GaussianBlur(_smoothstep(across), (0, 0), blur)
-        elif abs(a * d - b * c) > 1.5**2:
+        # what is soft needs no finer steps than those of the patch
+        if abs(a * d - b * c) > 1.5**2 and blur < _SOFT_PX:
             # twice as fine by cubics, then linear: on large faces a third of the cost of cubics
             # alone. Cubics would swing up beside a steep fall, and stand as a spike on the skin
             np.minimum(np.maximum(across, _LOW, out=across), _HIGH, out=across)
             across = cv2.resize(across, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
-            a, b, c, d = a / 2, b / 2, c / 2, d / 2
+            a, b, c, d, blur = a / 2, b / 2, c / 2, d / 2, 2 * blur
             shift_x, shift_y = shift_x - (a + b) / 2, shift_y - (c + d) / 2
+        if blur:
+            across = cv2.GaussianBlur(_smoothstep(across), (0, 0), blur)
         to_px = np.array(((a, b, shift_x), (c, d, shift_y)))
         # in an array of its own: rows of `out` are apart, which slows each step
         there: np.ndarray = cv2.warpAffine(
@@ -162,8 +164,8 @@ class LipsSurface:
         if edge not in self.boxes:
             least = -(1 + OVER_SEAM) * self._half_edge(edge) - _WIDER * edge.wider
             there: np.ndarray = self.odds > least
-            if edge.blur_px:
-                more = math.ceil(_SIGMAS * edge.blur_px / step_px(self.face.lips.to_px))
+            if edge.sigma_px:
+                more = math.ceil(_SIGMAS * edge.sigma_px / step_px(self.face.lips.to_px))
                 there = cv2.dilate(there.view(np.uint8), np.ones((2 * more + 1,) * 2, np.uint8))
             self.boxes[edge] = box_of(there.view(bool))
         return self.boxes[edge]

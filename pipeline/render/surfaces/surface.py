@@ -42,12 +42,12 @@ class Edge(NamedTuple):
 
     softness: 0..1, `edge_softness` of the product.
     wider: 0..1, how far it goes beyond the border; 1 as far as a pale one may.
-    blur_px: sigma of the picture's own blur, see softness.py.
+    sigma_px: of the blur that the picture has, px of the picture that is painted, see softness.py.
     """
 
     softness: float
     wider: float = 0.0
-    blur_px: float = 0.0
+    sigma_px: float = 0.0
 
 
 class Surface(Protocol):

@@ -6,7 +6,7 @@ import zlib
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.pipeline import process_video
+from makeup_video.pipeline import Settings, StrictError, process_video
 from makeup_video.pipeline.images.file_tags import FileTags, file_tags, with_file_tags
 from makeup_video.pipeline.images.jpeg_segments import segment
 from picture_files import exif, scene, write
@@ -53,6 +53,20 @@ def test_a_jpeg_never_has_a_density_of_0(tmp_path, per_metre, density):
     src = png_with(tmp_path / "in.png", chunk(b"pHYs", struct.pack(">IIB", *per_metre, 1)))
     process_video(src, tmp_path / "out.jpg")
     assert struct.unpack(">BHH", (tmp_path / "out.jpg").read_bytes()[13:18]) == density
+
+
+@pytest.mark.parametrize("end", [".png", ".jpg", ".webp"])
+@pytest.mark.parametrize(
+    ("mode", "was"), [("P", "palette"), ("LA", "grey"), ("L", ""), ("RGB", "")]
+)
+def test_what_is_read_as_rgb_has_a_line(tmp_path, mode, was, end):
+    Image.fromarray(scene()).convert(mode).save(tmp_path / "in.png")
+    assert file_tags((tmp_path / "in.png").read_bytes()).conversions == (f"{was} -> RGB",) * bool(
+        was
+    )
+    if was:
+        with pytest.raises(StrictError, match=rf"{was} -> RGB.*\. Leave strict out\.$"):
+            process_video(tmp_path / "in.png", tmp_path / f"out{end}", None, Settings(strict=True))
 
 
 @pytest.mark.parametrize("dpi", [72, 96])

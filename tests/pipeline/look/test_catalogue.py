@@ -47,6 +47,7 @@ def test_quotes_empty_lines_and_other_columns_are_ignored(tmp_path, data):
         (b" \n", "line 1: the columns brand, product, shade, hex are needed"),
         (b"brand,shade,hex\n", "missing or twice: product"),
         (b"brand\tproduct\tshade\thex\n", "by commas or semicolons; missing or twice: brand"),
+        (b"brand\tproduct\tshade\thex\n", "shade, hex; the line has tabs: save it as CSV in UTF-8"),
         (b"brand,product,shade,hex,hex\n", "missing or twice: hex"),
         (b"brand,product,shade,hex\n", "has no rows"),
         (b"brand,product,shade,hex\nA,B,C,#fff\nA,B,C,red\n", "line 3: hex must be .*, got 'red'"),

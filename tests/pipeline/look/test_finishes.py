@@ -96,6 +96,12 @@ def test_a_look_in_words_names_every_layer_and_what_is_bare():
     assert (place_in_words(light), place_in_words(layer_of("blush"))) == ("", "")
 
 
+def test_a_look_in_words_may_leave_out_what_is_bare():
+    lips = Look([layer_of("lipstick", finish="gloss")], 0.5)
+    assert look_in_words(lips, with_bare=False) == "lips #B4002E, glossy, opaque; all at 50%"
+    assert look_in_words(Look(strength=0.5), with_bare=False) == "nothing"
+
+
 @pytest.mark.parametrize(
     ("colour", "finish", "words"),
     [

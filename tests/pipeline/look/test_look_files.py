@@ -44,6 +44,7 @@ ODD = [
     (text(more=r', "a\u0000\n\u2028b": 1'), r"unknown key 'a\x00\n\u2028b'"),
     (text(more=r', "\n": 1, "\n": 2'), r"'\n' is given twice"),
     (text(layer=r', "shape": {"slot": "\ud800\u0000"}'), r'got "\ud800\u0000"'),
+    (text(layer=', "shape": {"slot": "grün 日本"}'), 'got "grün 日本"'),
     (text("[" * 500 + "]" * 500), f"{GLOSS} [[["),
     (text('{"a": ' * 500 + "1" + "}" * 500), GLOSS),
     (f'{{{OLD}, "zone": {MANY}}}', "zone must be one of lid, crease, full, outer, got Infinity"),

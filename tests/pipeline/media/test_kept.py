@@ -17,7 +17,7 @@ from makeup_video.pipeline.batch.sources import inputs_of
 from makeup_video.pipeline.look.named import look_files
 from makeup_video.pipeline.media.pcm_gaps import FillPcmGaps, has_pcm
 from makeup_video.pipeline.media.streams import tags
-from media import add_video, encode_frames, packets_of, tone
+from media import add_video, encode_frames, make_clip, packets_of, tone
 
 ID3 = b"ID3\x04\x00\x00\x00\x00\x00\x1fTXXX\x00\x00\x00\x15\x00\x00\x03segmentmetadata\x00{}.."
 
@@ -85,6 +85,21 @@ def test_sound_after_a_gap_stays_there(tmp_path, codec, end):
     loud = [float(at) for at, data in packets if len(set(data)) > 2]
     assert min(loud) == pytest.approx(0, abs=0.01) and max(loud) > 2.5
     assert not [at for at in loud if 0.6 < at < 2.2]
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "has_line"),
+    [(".mov", ".mp4", True), (".mkv", ".m4v", True), (".mp4", ".mp4", False),
+     (".mov", ".mov", False), (".mov", ".mkv", False)],
+)  # fmt: skip
+@pytest.mark.parametrize("codec", ["pcm_s16le", "pcm_f32le"])
+def test_a_line_says_where_few_players_can_play_pcm(tmp_path, start, end, has_line, codec):
+    src, dst = make_clip(tmp_path / f"in{start}", audio=codec), tmp_path / f"out{end}"
+    report = process_video(src, dst, None, Settings(strict=True))  # nothing is lost
+    line = f"audio #1 ({codec}): few players can play PCM in mp4; more can in mov"
+    assert report.warnings() == [line] * has_line
+    old, new = (b"".join(data for _, data in packets_of(one, "audio")) for one in (src, dst))
+    assert old == new
 
 
 def pcm(name):

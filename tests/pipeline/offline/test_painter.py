@@ -116,6 +116,19 @@ def test_the_look_of_a_painter_may_change():
     assert painter.look is RED
 
 
+@pytest.mark.parametrize("name", ["faces", "device", "smooth"])
+def test_a_painter_refuses_what_it_would_not_heed(name):
+    with pytest.raises(AttributeError, match=name):
+        setattr(Painter(BLUE), name, "largest")
+
+
+def test_frames_are_counted_over_all_videos_of_a_painter():
+    frames, painter = clip(2), Painter(BLUE)
+    for seconds in (1.0, 0.0, 0.0):
+        painter(frames[0], seconds)
+    assert painter.painted_frames == 3
+
+
 def test_a_bare_look_and_a_picture_without_face_stay():
     frames = [grey(), grey()]
     for look in (Look(), BLUE):

@@ -119,6 +119,25 @@ def test_a_grey_picture_that_stays_grey_keeps_its_profile(tmp_path):
         assert read_picture(tmp_path / f"out-{space}.jpg")[1][ICC] == profile
 
 
+@pytest.mark.parametrize("end", [".jpg", ".png", ".webp"])
+def test_grey_that_becomes_rgb_has_a_line(tmp_path, end):
+    src = write(tmp_path / "in.png", cv2.cvtColor(portrait(), cv2.COLOR_RGB2GRAY))
+    look, strict = Look(lips=product("#B4002E", "matte")), Settings(strict=True)
+    report = process_video(src, tmp_path / f"out{end}", look)
+    assert report.conversions == ["grey -> RGB"] and report.painted_frames == 1
+    with pytest.raises(StrictError, match=r"grey -> RGB\. Leave strict out\.$"):
+        process_video(src, tmp_path / f"strict{end}", look, strict)
+    if end == ".webp":  # it holds no grey, nor a profile of grey
+        grey = PROFILE[:16] + b"GRAY" + PROFILE[20:]
+        src = write(tmp_path / "bare.jpg", scene((40, 60, 1)), {ICC: grey})
+        report = process_video(src, tmp_path / "bare.webp")
+        assert report.conversions == ["grey -> RGB"] and len(report.dropped) == 1
+        with pytest.raises(StrictError, match=r"grey -> RGB\. Use \.png, or leave strict out\.$"):
+            process_video(src, tmp_path / "strict.webp", None, strict)
+    else:
+        assert process_video(src, tmp_path / f"bare{end}", None, strict).conversions == []
+
+
 def test_transparency_into_jpeg_is_reported_and_laid_on_white(tmp_path):
     pixels = np.zeros((16, 16, 4), np.uint8)
     report = process_video(write(tmp_path / "in.png", pixels), tmp_path / "out.jpg")
@@ -177,6 +196,8 @@ def test_an_animated_picture_is_a_video(tmp_path):
     jpegs = b"".join(write(tmp_path / "one.jpg", scene(seed=i)).read_bytes() for i in range(5))
     (tmp_path / "in.mjpeg").write_bytes(jpegs)
     assert process_video(tmp_path / "in.mjpeg", tmp_path / "mjpeg.mp4").frames_out == 5
+    with pytest.raises(UsageError, match=r"in\.png is an animated PNG: output must end in \.mp4"):
+        process_video(tmp_path / "in.png", tmp_path / "out.png")
     png = (tmp_path / "in.png").read_bytes()
     text = struct.pack(">I", 9006) + b"tEXt" + b"Title\0" + b"a" * 9000
     text += struct.pack(">I", zlib.crc32(text[4:]))  # before the mark of an animation

@@ -61,7 +61,7 @@ def test_the_output_may_not_be_the_input(tmp_path):
 
 
 def test_an_output_of_bytes_is_refused_in_one_line(tmp_path):
-    with pytest.raises(TypeError, match=r"a str or a Path, got b'out\.mp4': os\.fsdecode"):
+    with pytest.raises(TypeError, match=r"dst must be a str or a Path, got bytes: os\.fsdecode"):
         process_video(make_clip(tmp_path / "in.mp4"), b"out.mp4")
 
 
