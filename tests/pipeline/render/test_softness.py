@@ -192,7 +192,7 @@ def test_a_line_on_a_smaller_picture_is_soft_by_its_share():
 
 
 @given(st.floats(1, 8), st.floats(-6, 6), st.floats(0.5, 9))
-def test_a_line_that_is_smudged_changes_smoothly_with_the_picture(soft_px, above, high):
+def test_smudged_lines_change_smoothly_with_the_picture(soft_px, above, high):
     at = [np.float32([[one]]) for one in (above, high - above)]
     covered = [_covered(*at, soft_px * share, soft_px).item() for share in (1, 1.001, 1.999, 2.001)]
     assert abs(covered[0] - covered[1]) < 2e-3 and abs(covered[2] - covered[3]) < 2e-3
