@@ -42,6 +42,7 @@ _EXTENDED_XMP = b"http://ns.adobe.com/xmp/extension/\0"  # of a JPEG's APP1
 _COLOUR_TYPE = slice(25, 26)  # of a PNG's header
 # Colour types that OpenCV returns as RGB: PNGs of a palette, and of grey with transparency.
 _READ_AS_RGB = {b"\3": "palette", b"\4": "grey"}
+_GREY = b"\0"
 _IHDR_END = 33  # of a PNG: the mark, and the header with its length, name and checksum
 _JFIF = b"\xff\xe0\x00\x10JFIF\0"  # how the first segment of most JPEGs begins
 _JFIF_END = 20  # of the file's bytes, where that segment has no small picture
@@ -137,20 +138,23 @@ def _is_usual(per_metre: tuple[int, int]) -> bool:
 def _tags_of_png(data: bytes) -> FileTags:
     names, blocks, per_metre = [], b"", None
     lost: tuple[str, ...] = ()
+    colour_type = data[_COLOUR_TYPE]
     for chunk in _chunks(data):
         name, content = chunk[4:8], chunk[8:-4]
         if name in _PNG_TAGS and not content.startswith(_KNOWN_TEXTS):
             names.append(_PNG_TAGS[name])
             blocks += chunk
         elif content.startswith(_IPTC_TEXTS):
-            lost = ("IPTC: it is not read from a PNG",)
+            lost += ("IPTC: it is not read from a PNG",)
+        elif name == b"tRNS" and colour_type == _GREY:
+            lost += ("transparency: it is not read where one tone of grey is transparent",)
         elif name == _RESOLUTION and len(content) == 9:
             across, down, unit = struct.unpack(">IIB", content)
             per_metre = (across, down) if unit == 1 and across and down else None
     names = [name for name in dict.fromkeys(names) if name]
-    was = _READ_AS_RGB.get(data[_COLOUR_TYPE])
+    was = _READ_AS_RGB.get(colour_type)
     changed = (f"{was} -> RGB",) if was else ()
-    return FileTags("png", tuple(names), blocks, per_metre, lost, changed)
+    return FileTags("png", tuple(names), blocks, per_metre, tuple(dict.fromkeys(lost)), changed)
 
 
 def _tags_of_jpeg(data: bytes) -> FileTags:

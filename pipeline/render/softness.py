@@ -12,10 +12,10 @@ from makeup_video.pipeline.faces.topology import EYE_CORNERS
 WINDOW_PER_SIGMA = 3.46  # the width of a window, or of a ramp, that is as soft as a blur of sigma 1
 # Half the width and height of what is read around the middle of eyes and mouth, in IOD.
 _EYES_REACH, _MOUTH_REACH = (0.6, 0.2), (0.38, 0.25)
+_LEAST_PX = 7.0  # of both
 _AGAIN_SIGMA, _AGAIN_PX = 1.5, 9  # the blur that tells how blurred the picture is already
 _BORDER_PX = 2  # of what is read: its blur would mirror the border
-_LEAST_PX = 14.0  # of either side of what is read
-_SEEN = 0.03  # of the mean: the least difference of px two apart that counts as an edge
+_SEEN = 0.01  # of the mean: the least difference of px two apart that counts as an edge
 _SOFTEST = 6.0  # sigma, px of what is read: the blur is hardly known from there on
 # Sigma up to which a picture counts as sharp, so that makeup stays as it is, in IOD and in px of
 # what is read: a px has a size, too. And from how many times as much on all of the blur counts.
@@ -26,46 +26,45 @@ def blur_of(light: LightPlanes, face: Face) -> dict[str, float]:
     """By how much more than a sharp picture this one is blurred where lips and eyes are painted, by
     the names of these regions: sigma, px of the frame; 0 for a sharp one.
 
-    The strongest edges are compared with the same edges blurred once more (Zhuo and Sim, Defocus
-    map estimation from a single image, 2011). Defocus, motion and enlargement count alike. A mouth
-    that moves is blurred alone. Shut eyes have no sharp edges, so they count as the mouth does
-    where that is sharper.
+    The strongest edges along the face, as most of those of lips and lids are, are compared with the
+    same edges blurred once more (Zhuo and Sim, Defocus map estimation from a single image, 2011).
+    Defocus and enlargement count, and motion up and down the face. A mouth that moves is blurred
+    alone. Shut eyes have no sharp edges, so they count as the mouth does where that is sharper.
     light: the planes that light on the face is read from.
     """
     # in depth, too: a face that turns away gets narrower, and the picture no sharper
     unit = max(math.dist(*face.points_px.take(EYE_CORNERS, 0).tolist()), 1.0)
     (a, *_), (b, *_) = face.lips.to_px.tolist()
-    along = abs(a) / max(math.hypot(a, b), 1e-9), abs(b) / max(math.hypot(a, b), 1e-9)
+    long = max(math.hypot(a, b), 1e-9)
+    right = a / long, b / long
     high, wide = face.lips.logits.shape
     middle_xy = (face.lips.to_px @ (0.5 * wide, 0.5 * high, 1.0)).tolist()
-    mouth = _more_px(light, middle_xy, _MOUTH_REACH, along, unit)
+    mouth = _more_px(light, middle_xy, right, _MOUTH_REACH, unit)
     if mouth == 0:
         return {"lips": 0.0, "eyes": 0.0}
     middle_xy = face.points_px.take(EYE_CORNERS, 0).mean(0).tolist()[:2]
-    eyes = _more_px(light, middle_xy, _EYES_REACH, along, unit)
+    eyes = _more_px(light, middle_xy, right, _EYES_REACH, unit)
     known = [one for one in (mouth, eyes) if one is not None]
-    return {"lips": mouth or 0.0, "eyes": min(known, default=0.0)}
+    return {"lips": known[0] if known else 0.0, "eyes": min(known, default=0.0)}
 
 
 def _more_px(
     light: LightPlanes,
     middle_xy: Sequence[float],
+    right: tuple[float, float],
     reach: tuple[float, float],
-    along: tuple[float, float],
     unit: float,
 ) -> float | None:
     """The blur around a place beyond that of a sharp picture: sigma, px of the frame; None where it
     is not known.
 
-    reach: see above.  along: shares of x and y in the face's own horizontal.
+    right: unit vector to the right of the face.  reach: see above.
     """
-    x_scale, _, y_scale, _ = light.to_luma
+    x_scale, x_offset, y_scale, y_offset = light.to_luma
     scale = math.sqrt(x_scale * y_scale)
-    half_wide, half_high = (max(half * unit, 0.5 * _LEAST_PX / scale) for half in reach)
-    cos, sin = along
-    sigma = _sigma(
-        light, middle_xy, cos * half_wide + sin * half_high, sin * half_wide + cos * half_high
-    )
+    middle = middle_xy[0] * x_scale + x_offset, middle_xy[1] * y_scale + y_offset
+    wide, high = (max(half * unit * scale, _LEAST_PX) for half in reach)
+    sigma = _sigma(light.planes[0], middle, right, (round(wide), round(high)))
     if sigma is None:
         return None
     sigma_px, sharp_px = sigma / scale, max(_SHARP * unit, _SHARP_PX / scale)
@@ -74,19 +73,26 @@ def _more_px(
 
 
 def _sigma(
-    light: LightPlanes, middle_xy: Sequence[float], wide: float, high: float
+    luma: np.ndarray,
+    middle_xy: tuple[float, float],
+    right: tuple[float, float],
+    half_size: tuple[int, int],
 ) -> float | None:
-    """The blur of the strongest edges: sigma, px of the plane; None where no edge is seen.
+    """The blur of the strongest edges along the face: sigma, px; None where none is seen.
 
-    wide, high: half the width and height of what is read, px of the frame.
+    half_size: of what is read, px.
     """
-    luma, (x_scale, x_offset, y_scale, y_offset) = light.planes[0], light.to_luma
-    x, y = middle_xy
-    left, right = (max(int((x + side) * x_scale + x_offset), 0) for side in (-wide, wide))
-    top, bottom = (max(int((y + side) * y_scale + y_offset), 0) for side in (-high, high))
-    seen = luma[top:bottom, left:right]
-    if min(seen.shape) < 0.7 * _LEAST_PX:  # the picture ends there
+    (x, y), (cos, sin), (wide, high) = (round(place) for place in middle_xy), right, half_size
+    if not (0 <= x < luma.shape[1] and 0 <= y < luma.shape[0]):
         return None
+    to_luma = np.array([
+        [cos, -sin, x - cos * wide + sin * high], [sin, cos, y - sin * wide - cos * high],
+    ])  # fmt: skip
+    # beyond the picture as at its border, which is no edge then
+    seen = cv2.warpAffine(
+        luma, to_luma, (2 * wide + 1, 2 * high + 1),
+        flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE,
+    )  # fmt: skip
     pictures = np.empty((2, *seen.shape), np.float32)  # both at once: calls cost more than pixels
     pictures[0] = seen
     cv2.GaussianBlur(pictures[0], (_AGAIN_PX, _AGAIN_PX), _AGAIN_SIGMA, dst=pictures[1])
@@ -101,11 +107,8 @@ def _sigma(
 
 
 def _steepness(pictures: np.ndarray) -> np.ndarray:
-    """(N, px) the squares of the gradients' lengths in every second row of pictures (N, H, W)."""
-    across = pictures[:, 1:-1:2, 2:] - pictures[:, 1:-1:2, :-2]
-    down = pictures[:, 2::2, 1:-1] - pictures[:, :-2:2, 1:-1]
-    across *= across
+    """(N, px) the squares of the differences of px above and below, of pictures (N, H, W)."""
+    down = pictures[:, 2:] - pictures[:, :-2]
     down *= down
-    across += down
-    steepness: np.ndarray = across.reshape(len(pictures), -1)
+    steepness: np.ndarray = down.reshape(len(pictures), -1)
     return steepness

@@ -50,7 +50,9 @@ _SUB_BITS = 4
 _SUB = 2**_SUB_BITS  # parts of a px in which contours are drawn
 _INWARD_SIGMA_PX = 1.0  # of the patch
 _SIGMAS = 4  # of a blur: as far as OpenCV blurs
-_SOFT_PX = 1.0  # sigma of a blur that hides the steps of the patch, px of it
+# Sigma of a blur that hides the steps of the patch, px of it; and from which on it is quicker there
+# than on the frame, px of that.
+_SOFT_PX, _LEAST_SOFT_PX = 1.0, 2.0
 _MARGIN = 3  # px of the coarse grid: more than the blur's four px of the patch
 _AROUND = 3  # px of the patch around what is seen
 # The chart: one row from the border of the lips to where they meet.
@@ -139,23 +141,27 @@ class LipsSurface:
         a, b, shift_x, c, d, shift_y = Affine.from_array(self.face.lips.to_px)
         shift_x += a * left + b * top - origin_xy[0]
         shift_y += c * left + d * top - origin_xy[1]
-        # what is soft needs no finer steps than those of the patch
-        if abs(a * d - b * c) > 1.5**2 and blur < _SOFT_PX:
+        on_patch = edge.sigma_px > _LEAST_SOFT_PX
+        if abs(a * d - b * c) > 1.5**2 and not (on_patch and blur > _SOFT_PX):
             # twice as fine by cubics, then linear: on large faces a third of the cost of cubics
             # alone. Cubics would swing up beside a steep fall, and stand as a spike on the skin
             np.minimum(np.maximum(across, _LOW, out=across), _HIGH, out=across)
             across = cv2.resize(across, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
             a, b, c, d, blur = a / 2, b / 2, c / 2, d / 2, 2 * blur
             shift_x, shift_y = shift_x - (a + b) / 2, shift_y - (c + d) / 2
-        if blur:
+        if on_patch:
             across = cv2.GaussianBlur(_smoothstep(across), (0, 0), blur)
         to_px = np.array(((a, b, shift_x), (c, d, shift_y)))
         # in an array of its own: rows of `out` are apart, which slows each step
         there: np.ndarray = cv2.warpAffine(
             across, to_px, out.shape[::-1],
-            borderMode=cv2.BORDER_CONSTANT, borderValue=0.0 if blur else _BEYOND / half,
+            borderMode=cv2.BORDER_CONSTANT, borderValue=0.0 if on_patch else _BEYOND / half,
         )  # fmt: skip
-        out[:] = there if blur else _smoothstep(there)
+        if not on_patch:
+            there = _smoothstep(there)
+            if blur:
+                there = cv2.GaussianBlur(there, (0, 0), edge.sigma_px)
+        out[:] = there
         if density is not None:
             out *= self.grid.warped(density, origin_xy, out.shape, 0.0)
 

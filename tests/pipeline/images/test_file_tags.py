@@ -69,6 +69,12 @@ def test_what_is_read_as_rgb_has_a_line(tmp_path, mode, was, end):
             process_video(tmp_path / "in.png", tmp_path / f"out{end}", None, Settings(strict=True))
 
 
+def test_a_transparent_tone_of_grey_has_a_line(tmp_path):
+    Image.fromarray(scene()).convert("L").save(tmp_path / "in.png", transparency=5)
+    report = process_video(tmp_path / "in.png", tmp_path / "out.png")
+    assert [line.split(":")[0] for line in report.dropped] == ["transparency"]
+
+
 @pytest.mark.parametrize("dpi", [72, 96])
 def test_a_resolution_that_programs_invent_is_no_loss(tmp_path, dpi):
     Image.fromarray(scene()).save(tmp_path / "in.jpg", dpi=(dpi, dpi))

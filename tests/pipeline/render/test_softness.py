@@ -104,18 +104,51 @@ def test_eyes_have_their_own_softness_where_no_mouth_is_seen():
     assert seen.sigma_px["eyes"] > 0.02 * IOD
 
 
-@pytest.mark.parametrize("turns", [1, 2, 3])
-def test_a_picture_that_is_stored_turned_is_as_soft(turns):
+@pytest.mark.parametrize("degrees", [-90, -30, -10, 15, 45, 90, 180])
+def test_a_turned_head_is_as_soft(degrees):
     """The mouth alone is blurred, so what is read must turn with the face."""
-    y, high = round(POINTS[LIPS_OUTER, 1].mean()), int(0.26 * IOD)
+    y, high = round(POINTS[LIPS_OUTER, 1].mean()), int(0.3 * IOD)
     rgb8 = RGB8.copy()
     rgb8[y - high : y + high] = blurred(RGB8, 0.03)[y - high : y + high]
-    head, wide, tall = true_face(POINTS), rgb8.shape[1], rgb8.shape[0]
-    for _ in range(turns):
-        head = moved(head, np.array([[0, 1, 0], [-1, 0, wide - 1]], float))
-        wide, tall = tall, wide
-    lips, eyes = softness_of(np.ascontiguousarray(np.rot90(rgb8, turns)), head)
-    assert lips == pytest.approx(softness(rgb8)[0], rel=0.1) and eyes == 0
+    h, w = rgb8.shape[:2]
+    turn = cv2.getRotationMatrix2D((w / 2, h / 2), degrees, 1)
+    turn[:, 2] += (max(h, w) - np.array([w, h])) / 2
+    turned = cv2.warpAffine(rgb8, turn, (max(h, w),) * 2, flags=cv2.INTER_CUBIC)
+    lips, eyes = softness_of(turned, moved(true_face(POINTS), turn))
+    assert lips == pytest.approx(softness(rgb8)[0], rel=0.15) and eyes == 0
+
+
+def test_a_face_that_turns_away_is_as_sharp():
+    """It gets narrower, but as deep as it was wide before."""
+    narrow = cv2.resize(RGB8, None, fx=0.5, fy=1, interpolation=cv2.INTER_AREA)
+    points = true_face(POINTS).points_px * np.float32([0.5, 1, 0])
+    points[:, 2] = (points[:, 0] - points[:, 0].mean()) * 3**0.5
+    head = true_face(POINTS * np.float32([0.5, 1]))
+    assert softness_of(narrow, replace(head, points_px=points)) == (0, 0)
+
+
+@pytest.mark.parametrize("share", [0.04, 0.06, 0.08, 0.1, 0.15])
+def test_what_is_far_from_sharp_is_soft(share):
+    assert min(softness(blurred(RGB8, share))) > 0.012
+
+
+@pytest.mark.parametrize("contrast", [1.0, 0.5, 0.3, 0.2])
+def test_a_soft_face_in_haze_is_soft(contrast):
+    rgb8 = 200 + contrast * (blurred(RGB8, 0.03).astype(np.float32) - 200)
+    assert min(softness(np.rint(rgb8).astype(np.uint8))) > 0.012
+
+
+def test_motion_up_and_down_counts_and_sideways_does_not():
+    """Most borders of lips and lids run sideways, and stay sharp then."""
+    long = round(0.14 * IOD) | 1
+    assert softness(cv2.blur(RGB8, (1, long)))[0] > 0.005
+    assert softness(cv2.blur(RGB8, (long, 1)))[0] == 0
+
+
+def test_softness_sets_in_gradually():
+    found = [softness(blurred(RGB8, share))[0] for share in np.linspace(0.005, 0.03, 26)]
+    assert found[0] == 0 and found[-1] > 0.02
+    assert np.abs(np.diff(found)).max() < 0.004
 
 
 def sides(head):
@@ -143,6 +176,21 @@ def test_a_soft_edge_lies_where_the_sharp_one_lay(index, share, softness):
         wanted = cv2.GaussianBlur(sharp, (0, 0), blur_px)
         assert soft.sum() == pytest.approx(sharp.sum(), rel=0.05)
         assert np.abs(soft - wanted).mean() < 0.6 * np.abs(sharp - wanted).mean()
+
+
+@pytest.mark.parametrize("size", [0.5, 1.0, 2.0, 4.0])
+def test_a_hint_of_softness_changes_lips_by_a_hint(size):
+    head = true_face(POINTS * np.float32(size))
+    surface = lips_surface(head)
+    hw = int(RGB8.shape[0] * size), int(RGB8.shape[1] * size)
+    sharp, soft = (np.zeros(hw, np.float32) for _ in range(2))
+    surface.weigh(sharp, (0, 0), Edge(0.0), None)
+    surface.weigh(soft, (0, 0), Edge(0.0, 0.0, 0.05), None)
+    assert np.abs(sharp - soft).max() < 0.01
+    for least, more in (1.99, 2.01), (3.0, 3.05):  # px, where the way of blurring changes, too
+        surface.weigh(sharp, (0, 0), Edge(0.0, 0.0, least), None)
+        surface.weigh(soft, (0, 0), Edge(0.0, 0.0, more), None)
+        assert np.abs(sharp - soft).max() < 0.08
 
 
 def test_shut_eyes_have_no_bare_line_along_the_lashes():
