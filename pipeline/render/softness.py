@@ -12,7 +12,7 @@ from makeup_video.pipeline.faces.topology import EYE_CORNERS
 WINDOW_PER_SIGMA = 3.46  # the width of a window, or of a ramp, that is as soft as a blur of sigma 1
 # Half the width and height of what is read around the middle of eyes and mouth, in IOD.
 _EYES_REACH, _MOUTH_REACH = (0.6, 0.2), (0.38, 0.25)
-_LEAST_PX = 7.0  # of both
+_LEAST_PX, _MOST_PX = 7.0, 200.0  # of both; more than any face that is read so has
 _AGAIN_SIGMA, _AGAIN_PX = 1.5, 9  # the blur that tells how blurred the picture is already
 _BORDER_PX = 2  # of what is read: its blur would mirror the border
 _SEEN = 0.01  # of the mean: the least difference of px two apart that counts as an edge
@@ -63,7 +63,7 @@ def _more_px(
     x_scale, x_offset, y_scale, y_offset = light.to_luma
     scale = math.sqrt(x_scale * y_scale)
     middle = middle_xy[0] * x_scale + x_offset, middle_xy[1] * y_scale + y_offset
-    wide, high = (max(half * unit * scale, _LEAST_PX) for half in reach)
+    wide, high = (min(max(half * unit * scale, _LEAST_PX), _MOST_PX) for half in reach)
     sigma = _sigma(light.planes[0], middle, right, (round(wide), round(high)))
     if sigma is None:
         return None

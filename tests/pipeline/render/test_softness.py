@@ -127,6 +127,14 @@ def test_a_face_that_turns_away_is_as_sharp():
     assert softness_of(narrow, replace(head, points_px=points)) == (0, 0)
 
 
+@pytest.mark.parametrize("far", [1e3, 1e6])
+def test_a_face_whose_depth_is_nonsense_costs_no_memory(far):
+    head = true_face(POINTS)
+    points = head.points_px * np.float32([1, 1, 0])
+    points[33, 2] = far
+    assert np.isfinite(softness_of(RGB8, replace(head, points_px=points))).all()
+
+
 @pytest.mark.parametrize("share", [0.04, 0.06, 0.08, 0.1, 0.15])
 def test_what_is_far_from_sharp_is_soft(share):
     assert min(softness(blurred(RGB8, share))) > 0.012
