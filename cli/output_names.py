@@ -62,18 +62,18 @@ def _written_as(path: Path) -> str:
     end = path.suffix.lower()
     if end and end not in (*WRITERS, *CONTAINERS):
         return "jpg" if end in PHOTO_ENDINGS else "mp4"
-    return "mp4" if end == ".png" and _is_animated(path) else end.removeprefix(".")
+    return "mp4" if end == ".png" and not _is_still(path) else end.removeprefix(".")
 
 
-def _is_animated(png: Path) -> bool:
+def _is_still(png: Path) -> bool:
     from makeup_video.pipeline import InputError
     from makeup_video.pipeline.files.local_file import local_file
-    from makeup_video.pipeline.images.picture_file import is_animated_png
+    from makeup_video.pipeline.images.picture_file import is_picture
 
     try:
-        return is_animated_png(local_file(png))
+        return is_picture(local_file(png))
     except InputError:  # which its own job reports
-        return False
+        return True
 
 
 def _with_look(output: str) -> str:

@@ -36,6 +36,8 @@ static inline float8 strokes_covered(float8 above, float8 below, float blur, flo
     covered = eight_clamp8(covered * (1.0f / blur), 0.0f, 1.0f);
     /* from twice the width on all of it, so that nothing jumps where a picture gets softer */
     float share = clamp(blur / soft - 1.0f, 0.0f, 1.0f);
+    if (share == 0.0f)
+        return covered;
     float8 lower = eight_clamp8(above * (1.0f / soft) + 0.5f, 0.0f, 1.0f);
     return covered * (1.0f + share * (lower - 1.0f));
 }

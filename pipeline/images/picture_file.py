@@ -46,7 +46,7 @@ def is_picture(path: Path) -> bool:
         with path.open("rb") as file:
             head = file.read(4096)
             if head.startswith(PNG_MARK):
-                return not _is_animated(file)
+                return not _is_animated_png(file)
     except OSError as error:
         raise InputError(unreadable(path, error)) from error
     if head[:4] == b"RIFF" and head[8:12] == b"WEBP":
@@ -72,17 +72,8 @@ def _other_still(head: bytes) -> str | None:
     return "an AVIF" if head[4:12] == b"ftypavif" else None
 
 
-def is_animated_png(path: Path) -> bool:
-    """True for a PNG that is read as a video. Raises InputError."""
-    try:
-        with path.open("rb") as file:
-            return file.read(len(PNG_MARK)) == PNG_MARK and _is_animated(file)
-    except OSError as error:
-        raise InputError(unreadable(path, error)) from error
-
-
-def _is_animated(file: IO[bytes]) -> bool:
-    """True for an open PNG with the mark of an animation.
+def _is_animated_png(file: IO[bytes]) -> bool:
+    """True for a PNG with the mark of an animation, which is read as a video.
 
     The mark stands before the pixels, behind profiles and EXIF of any length.
     """

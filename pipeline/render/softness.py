@@ -12,7 +12,7 @@ from makeup_video.pipeline.faces.topology import EYE_CORNERS
 WINDOW_PER_SIGMA = 3.46  # the width of a window, or of a ramp, that is as soft as a blur of sigma 1
 # Half the width and height of what is read around the middle of eyes and mouth, in IOD.
 _EYES_REACH, _MOUTH_REACH = (0.6, 0.2), (0.38, 0.25)
-_LEAST_PX, _MOST_PX = 7.0, 200.0  # of both; more than any face that is read so has
+_LEAST_PX, _MOST_PX = 7.0, 200.0  # bounds of both, px of what is read
 _AGAIN_SIGMA, _AGAIN_PX = 1.5, 9  # the blur that tells how blurred the picture is already
 _BORDER_PX = 2  # of what is read: its blur would mirror the border
 _SEEN = 0.01  # of the mean: the least difference of px two apart that counts as an edge

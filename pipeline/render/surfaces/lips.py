@@ -50,9 +50,6 @@ _SUB_BITS = 4
 _SUB = 2**_SUB_BITS  # parts of a px in which contours are drawn
 _INWARD_SIGMA_PX = 1.0  # of the patch
 _SIGMAS = 4  # of a blur: as far as OpenCV blurs
-# Sigma of a blur that hides the steps of the patch, px of it; and from which on it is quicker there
-# than on the frame, px of that.
-_SOFT_PX, _LEAST_SOFT_PX = 1.0, 2.0
 _MARGIN = 3  # px of the coarse grid: more than the blur's four px of the patch
 _AROUND = 3  # px of the patch around what is seen
 # The chart: one row from the border of the lips to where they meet.
@@ -113,7 +110,8 @@ class LipsSurface:
     def reach(self, edge: Edge, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
         """Lowest and highest px of the frame with weight, and some more."""
         patch = Grid(self.face.lips.to_px, self.odds.shape[::-1])
-        return patch.box_px(self._box(edge), more=2)  # weights are interpolated
+        soft = math.ceil(_SIGMAS * edge.sigma_px / patch.step_px())
+        return patch.box_px(self._box(edge), more=2 + soft)  # weights are interpolated
 
     def weigh(
         self,
@@ -127,7 +125,6 @@ class LipsSurface:
         1 on the lips, 0 beyond their edge. At an open mouth most of the edge is on the lips, at a
         shut one it is pushed over the seam.
         """
-        blur = edge.sigma_px / step_px(self.face.lips.to_px)  # px of the patch
         x, y, wide, high = self._box(edge)
         left, top = max(x - _AROUND, 0), max(y - _AROUND, 0)
         part = np.s_[top : y + high + _AROUND, left : x + wide + _AROUND]
@@ -141,27 +138,26 @@ class LipsSurface:
         a, b, shift_x, c, d, shift_y = Affine.from_array(self.face.lips.to_px)
         shift_x += a * left + b * top - origin_xy[0]
         shift_y += c * left + d * top - origin_xy[1]
-        on_patch = edge.sigma_px > _LEAST_SOFT_PX
-        if abs(a * d - b * c) > 1.5**2 and not (on_patch and blur > _SOFT_PX):
+        if abs(a * d - b * c) > 1.5**2:
             # twice as fine by cubics, then linear: on large faces a third of the cost of cubics
             # alone. Cubics would swing up beside a steep fall, and stand as a spike on the skin
             np.minimum(np.maximum(across, _LOW, out=across), _HIGH, out=across)
             across = cv2.resize(across, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
-            a, b, c, d, blur = a / 2, b / 2, c / 2, d / 2, 2 * blur
+            a, b, c, d = a / 2, b / 2, c / 2, d / 2
             shift_x, shift_y = shift_x - (a + b) / 2, shift_y - (c + d) / 2
-        if on_patch:
-            across = cv2.GaussianBlur(_smoothstep(across), (0, 0), blur)
         to_px = np.array(((a, b, shift_x), (c, d, shift_y)))
         # in an array of its own: rows of `out` are apart, which slows each step
         there: np.ndarray = cv2.warpAffine(
             across, to_px, out.shape[::-1],
-            borderMode=cv2.BORDER_CONSTANT, borderValue=0.0 if on_patch else _BEYOND / half,
+            borderMode=cv2.BORDER_CONSTANT, borderValue=_BEYOND / half,
         )  # fmt: skip
-        if not on_patch:
-            there = _smoothstep(there)
-            if blur:
-                there = cv2.GaussianBlur(there, (0, 0), edge.sigma_px)
-        out[:] = there
+        np.minimum(np.maximum(there, 0, out=there), 1, out=there)
+        rest = there * -2
+        rest += 3
+        there *= there
+        cv2.multiply(there, rest, dst=out)
+        if edge.sigma_px:
+            cv2.GaussianBlur(out, (0, 0), edge.sigma_px, dst=out)
         if density is not None:
             out *= self.grid.warped(density, origin_xy, out.shape, 0.0)
 
@@ -169,11 +165,7 @@ class LipsSurface:
         """Of the patch, where there is weight."""
         if edge not in self.boxes:
             least = -(1 + OVER_SEAM) * self._half_edge(edge) - _WIDER * edge.wider
-            there: np.ndarray = self.odds > least
-            if edge.sigma_px:
-                more = math.ceil(_SIGMAS * edge.sigma_px / step_px(self.face.lips.to_px))
-                there = cv2.dilate(there.view(np.uint8), np.ones((2 * more + 1,) * 2, np.uint8))
-            self.boxes[edge] = box_of(there.view(bool))
+            self.boxes[edge] = box_of(self.odds > least)
         return self.boxes[edge]
 
     def _half_edge(self, edge: Edge) -> float:
@@ -186,16 +178,6 @@ class LipsSurface:
         """The same on a picture of another size."""
         grid = Grid(compose(to_new, self.grid.to_px), self.grid.size_wh)
         return replace(self, grid=grid, face=moved(self.face, to_new), boxes={})
-
-
-def _smoothstep(across: np.ndarray) -> np.ndarray:
-    """The weight across an edge, from 0 to 1; `across` is changed."""
-    np.minimum(np.maximum(across, 0, out=across), 1, out=across)
-    rest = across * -2
-    rest += 3
-    across *= across
-    across *= rest
-    return across
 
 
 def lip_place(face: Face) -> GridPlace | None:

@@ -195,7 +195,7 @@ def test_a_hint_of_softness_changes_lips_by_a_hint(size):
     surface.weigh(sharp, (0, 0), Edge(0.0), None)
     surface.weigh(soft, (0, 0), Edge(0.0, 0.0, 0.05), None)
     assert np.abs(sharp - soft).max() < 0.01
-    for least, more in (1.99, 2.01), (3.0, 3.05):  # px, where the way of blurring changes, too
+    for least, more in (1.99, 2.01), (3.0, 3.05):  # px; nor is there a step further on
         surface.weigh(sharp, (0, 0), Edge(0.0, 0.0, least), None)
         surface.weigh(soft, (0, 0), Edge(0.0, 0.0, more), None)
         assert np.abs(sharp - soft).max() < 0.08
