@@ -27,7 +27,8 @@ class Report:
     in a run that does not find faces.
     tiny_faces: how often a face was left alone because it was too small.
     painted_frames: how many frames were painted; None where nothing was to be painted.
-    why_unpainted: the reason when none was painted although faces were found.
+    why_unpainted: why none was painted although faces were found, or some parts of the look were
+    not.
     segments: how many the video was painted in.  why_whole: why it was not split as asked.
     media_seconds: the length of the video that was painted, from its first frame on.
     first_packet_unix_seconds: the wall clock when the first packet of video was written.
@@ -102,6 +103,8 @@ class Report:
         elif self.painted_frames == 0:
             turn = "" if self.tiny_faces else f"; {self.turn_first}"
             lines.append(f"no face was found: nothing was painted{turn}")
+        elif self.why_unpainted:
+            lines.append(f"not all was painted: {self.why_unpainted}")
         elif self.frames_with_face == 0:
             lines.append("no face was found")
         if self.tiny_faces:

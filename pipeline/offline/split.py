@@ -22,6 +22,7 @@ from makeup_video.pipeline.offline.paint_segments import PaintedSegments, paint_
 from makeup_video.pipeline.offline.report import Report, RunClock
 from makeup_video.pipeline.offline.segment_job import SegmentJob
 from makeup_video.pipeline.offline.settings import Settings
+from makeup_video.pipeline.offline.unpainted import tell_unpainted
 from makeup_video.pipeline.offline.video import Progress, Video, begin_video
 
 
@@ -172,13 +173,11 @@ def _add(report: Report, painted: PaintedSegments, look: Look, settings: Setting
     report.frames_with_face = sum(part.frames_with_face or 0 for part in parts)
     report.tiny_faces = sum(part.tiny_faces for part in parts)
     report.painted_frames = sum(part.painted_frames or 0 for part in parts)
-    if not report.painted_frames and report.frames_with_face:
-        from makeup_video.pipeline.offline.stages import why_unpainted  # late: it loads the nets
-
-        report.why_unpainted = why_unpainted(
-            look,
-            settings.faces,
-            report.turn_first,
-            sum(result.chosen_frames for result in painted.results),
-            painted.shown_numbers,
-        )
+    tell_unpainted(
+        report,
+        look,
+        settings.faces,
+        sum(result.chosen_frames for result in painted.results),
+        painted.shown_numbers,
+        {part for result in painted.results for part in result.painted_parts},
+    )

@@ -14,16 +14,15 @@ from makeup_video.pipeline.faces.face import FrameFaces
 from makeup_video.pipeline.faces.find import find_faces_in_frame
 from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.frames.frame import Frame
-from makeup_video.pipeline.look.kinds import KINDS
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.media.input_file import VideoSource
 from makeup_video.pipeline.offline.report import Report
+from makeup_video.pipeline.offline.unpainted import tell_unpainted
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 
 Stages = list[tuple[str, Stage]]
-_MOST_NUMBERS = 10  # of faces in a message
 
 
 class FaceRun:
@@ -97,34 +96,11 @@ class PaintRun(FaceRun):
 def count_painted(composite: Composite, report: Report) -> None:
     """Write into a report, which has its counts of faces, how many frames were painted."""
     report.painted_frames = composite.painted_frames
-    if not report.painted_frames and report.frames_with_face:
-        report.why_unpainted = why_unpainted(
-            composite.look,
-            composite.faces,
-            report.turn_first,
-            composite.chosen_frames,
-            composite.numbers,
-        )
-
-
-def why_unpainted(
-    look: Look, faces: str, turn_first: str, chosen_frames: int, numbers: set[int]
-) -> str:
-    """Why no face that was found is painted; chosen_frames and numbers as in Composite."""
-    if not chosen_frames and faces.isdigit():
-        return f"face {faces} was chosen, but {_numbered(sorted(numbers))}"
-    painted = {layer.kind for layer in look.painted}
-    unseen = list(dict.fromkeys(k.must_see for k in KINDS.values() if k.name in painted))
-    if not unseen:
-        return "the look has no opacity, no gloss and no reflection"
-    return f"no {' or '.join(unseen)} could be seen in the faces found; {turn_first}"
-
-
-def _numbered(numbers: list[int]) -> str:
-    """The faces that were seen, in words, at most ten of them by number."""
-    texts = [str(number) for number in numbers]
-    if len(texts) > _MOST_NUMBERS:
-        texts[_MOST_NUMBERS:] = [f"{len(texts) - _MOST_NUMBERS} more"]
-    if len(texts) < 2:
-        return f"the only face seen was {''.join(texts)}" if texts else "no face was seen for long"
-    return f"the faces seen were {', '.join(texts[:-1])} and {texts[-1]}"
+    tell_unpainted(
+        report,
+        composite.look,
+        composite.faces,
+        composite.chosen_frames,
+        composite.numbers,
+        composite.painted_parts,
+    )

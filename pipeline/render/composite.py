@@ -39,6 +39,7 @@ class Composite:
     device: as for open_device, or a canvas, which several may share in one thread.
     faces: all, largest, or a face's number.
     painted_frames: how many frames had a face that was painted.
+    painted_parts: which parts of faces were painted, as Kind.must_see names them.
     chosen_frames: how many had a face that was chosen by `faces`, its lips and lids seen or not.
     numbers: the ids of all faces seen.  largest_id: the face that was painted last as the largest.
     level: may be set between two frames. At LESS_DETAIL large regions are painted at half size.
@@ -51,6 +52,7 @@ class Composite:
         self.faces = faces
         self.largest_id: int | None = None
         self.painted_frames = self.chosen_frames = 0
+        self.painted_parts: set[str] = set()
         self.numbers: set[int] = set()
         self.level = QualityLevel.FULL
         self._small = {factor: SmallPlanes(factor) for factor in (2, 4)}
@@ -72,7 +74,9 @@ class Composite:
         self.numbers.update(scene.face.track_id for scene in item.faces)
         self.chosen_frames += bool(chosen)
         # read once: another thread may set a new look while this frame is painted
-        self.painted_frames += self._paint_faces(item, chosen, self._groups)
+        parts = self._paint_faces(item, chosen, self._groups)
+        self.painted_frames += bool(parts)
+        self.painted_parts |= parts
         return item.frame
 
     def settle(self, item: FrameScene, *, read: bool) -> None:
@@ -90,13 +94,13 @@ class Composite:
 
     def _paint_faces(
         self, item: FrameScene, faces: tuple[FaceScene, ...], groups: list[Group]
-    ) -> bool:
-        """Paint the layers of a look on some faces; False when there was nothing to paint."""
+    ) -> set[str]:
+        """Paint the layers of a look on some faces. Returns the parts that were painted."""
         if not groups or len(item.frame.planes) < 2:  # a grey frame holds no colour
-            return False
+            return set()
         jobs = self._jobs(item, faces, groups)
         if not jobs:
-            return False
+            return set()
         planes = item.frame.writable_planes()
         size = item.frame.width_px, item.frame.height_px
         placed: list[PlacedJob] = []
@@ -116,7 +120,7 @@ class Composite:
         else:
             for together in _apart(placed):
                 self._paint(item, together, planes)
-        return True
+        return {coat.kind.must_see for job in jobs for coat in job.coats}
 
     def _jobs(
         self, item: FrameScene, faces: tuple[FaceScene, ...], groups: list[Group]

@@ -10,6 +10,7 @@ import av
 import cv2
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
+from makeup_video.pipeline.faces.find import find_faces
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame
 from media import add_video
@@ -65,6 +66,15 @@ def frame_of(
     )
     tags = ColourTags(matrix, 2 if full_range else 1, 1, 1)
     return Frame(picture, pts, time_base, tags, rotation_degrees)
+
+
+def veiled(rgb8: np.ndarray) -> np.ndarray:
+    """The same picture with its one face's mouth behind a veil."""
+    points = find_faces(rgb8)[0].points_px[:, :2].astype(int)
+    left, right, nose, chin = points[234, 0], points[454, 0], points[1, 1], points[152, 1]
+    out = rgb8.copy()
+    out[nose + (chin - nose) // 4 : chin + 20, left:right] = (120, 180, 200)
+    return out
 
 
 def write_video(

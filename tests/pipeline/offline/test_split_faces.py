@@ -9,7 +9,7 @@ import pytest
 from makeup_video.pipeline import Settings, find_faces, process_video, ready_look
 from makeup_video.pipeline.offline.split import plan_of
 from media import decoded
-from people import clip, face_of, grey, put, write_video
+from people import clip, face_of, grey, put, veiled, write_video
 from workers import InThisProcess
 
 LOOK = ready_look("glam").look
@@ -98,6 +98,14 @@ def test_a_face_that_was_chosen_and_never_came_is_named_once(painted):
     *_, one, many = painted("7")
     assert many.painted_frames == 0 and many.why_unpainted == one.why_unpainted
     assert "the faces seen were 0 and 1" in many.why_unpainted
+
+
+def test_a_part_that_one_segment_shows_is_not_missed(tmp_path):
+    seen = put(grey(), face_of(200), 200, 20)
+    pictures = [veiled(seen)] * (SEAM + 15) + [seen] * (FRAMES - SEAM - 15)
+    src = write_video(tmp_path / "in.mkv", pictures, options={"g": "15"})
+    *_, one, many = paint(src, tmp_path, [InThisProcess()])
+    assert many.segments == 2 and one.warnings() == many.warnings() == []
 
 
 class Noting(InThisProcess):

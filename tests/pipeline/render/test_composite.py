@@ -87,6 +87,15 @@ def test_only_frames_with_something_to_paint_are_counted():
     assert composite.painted_frames == 1
 
 
+def test_the_parts_of_faces_that_were_painted_are_remembered():
+    rgb8, points = close_up()
+    composite = Composite(Look(lips=product(), eyes=product()))
+    hidden, seen = true_face(points, mouth_visible=0.1), true_face(points)
+    for face, parts in ((hidden, {"eyes"}), (seen, {"eyes", "mouth"}), (hidden, {"eyes", "mouth"})):
+        composite(scene_of(frame_of(rgb8), (face,)))
+        assert composite.painted_parts == parts
+
+
 def test_a_frame_that_is_not_painted_is_not_copied():
     rgb8, points = close_up()
     for look, faces in ((LIPS, ()), (Look(), (true_face(points),))):

@@ -8,7 +8,7 @@ from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.stages import PaintRun
 from makeup_video.pipeline.render import composite
 from media import make_clip
-from people import SAMPLES, clip, face_of, grey, put, write_video
+from people import SAMPLES, clip, face_of, grey, put, veiled, write_video
 
 BLUE = Look(lips=product((10, 42, 140), "matte"))
 TURN = "if the {} is upside down, turn it first"
@@ -77,6 +77,20 @@ def test_a_hidden_face_is_explained_by_what_is_hidden(tmp_path, monkeypatch):
     ):
         reason = f"no {parts} could be seen in the faces found; {TURN.format('picture')}"
         assert only_line(src, look, overwrite=True) == f"nothing was painted: {reason}"
+
+
+@pytest.mark.parametrize("suffix", [".png", ".mkv"])
+def test_a_part_that_is_nowhere_seen_is_named(tmp_path, suffix):
+    rgb8 = veiled(put(grey(), face_of(200), 200, 20))
+    if suffix == ".png":
+        src, name = saved(tmp_path / "in.png", rgb8), "picture"
+    else:
+        src, name = write_video(tmp_path / "in.mkv", [rgb8] * 6), "video"
+    look = Look(lips=BLUE.lips, eyes=product((0, 90, 40), "matte", "eyes"))
+    report = process_video(src, tmp_path / f"out{suffix}", look)
+    assert report.painted_frames == report.frames_in
+    line = f"no mouth could be seen in the faces found; {TURN.format(name)}"
+    assert report.warnings() == [f"not all was painted: {line}"]
 
 
 def test_a_look_that_changes_nothing_is_the_reason(tmp_path):
