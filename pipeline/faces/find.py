@@ -13,7 +13,7 @@ from makeup_video.pipeline.faces.landmarks import (
     to_face,
 )
 from makeup_video.pipeline.faces.nets import FaceNets, load_nets
-from makeup_video.pipeline.faces.right_way_up import UpsideDown
+from makeup_video.pipeline.faces.right_way_up import right_way_up
 from makeup_video.pipeline.faces.similarity import Similarity
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.views import FramePicture, Picture, RgbPicture
@@ -77,14 +77,13 @@ def new_faces(
     average: as of `locate`.
     """
     poses = list(known)
-    upside_down = UpsideDown(nets, picture, DETECTOR_SIDES_PX, average)
     for detection in detections:
         if any(hides(pose, detection) for pose in poses):
             continue
         found = locate(nets, picture, detection, average)
         if found is None:
             continue
-        found = upside_down.right_way_up(found)
+        found = right_way_up(nets, picture, found, average)
         if not any(hides(pose, found.pose) for pose in poses):
             poses.append(found.pose)
             yield found

@@ -1,49 +1,46 @@
 """Faces that stand on their head, which the nets often take for upright ones."""
 
-from makeup_video.pipeline.faces.landmarks import FaceLandmarks, detect, locate
+import math
+
+from makeup_video.pipeline.faces.landmarks import FaceLandmarks, locate
 from makeup_video.pipeline.faces.nets import FaceNets
-from makeup_video.pipeline.faces.similarity import Similarity, middle_of
+from makeup_video.pipeline.faces.similarity import Similarity
 from makeup_video.pipeline.frames.views import Picture
 
-# Probabilities of a visible mouth: less in a face that may stand on its head, and more in the
-# same face the right way up.
-_MOUTH_HIDDEN, _MOUTH_SEEN = 0.2, 0.5
+# Probabilities of a face and of a visible mouth: less in a face that may stand on its head. Of 133
+# faces that were read upside down none scored 0.99, of 356 upright ones three in four did.
+_SURELY_A_FACE, _MOUTH_HIDDEN = 0.99, 0.2
+_MOUTH_COUNTS = 0.2  # of how much the face's own score counts: masks hide mouths, too
+_MORE = 0.4  # log-odds: of 356 upright faces none looked better by 0.3 upside down
 
 
-class UpsideDown:
-    """The faces of a picture that stand on their head.
+def right_way_up(
+    nets: FaceNets, picture: Picture, found: FaceLandmarks, average: bool = False
+) -> FaceLandmarks:
+    """The face, or the same face turned by 180 degrees where that is more of a face.
 
-    Half of them are found, but as if they were upright. The picture is searched once, when a face
-    with a hidden mouth is asked about.
+    Half of the faces that stand on their head are found as if they were upright: their eyes are
+    read as eyes, and brows or forehead as nose and mouth.
+    average: as of `locate`.
     """
-
-    def __init__(
-        self, nets: FaceNets, picture: Picture, sides_px: tuple[int, ...], average: bool = False
-    ) -> None:
-        """sides_px: as of `detect`. average: as of `locate`."""
-        self.nets, self.picture, self.sides_px, self.average = nets, picture, sides_px, average
-        self._detections: list[Similarity] | None = None
-
-    def right_way_up(self, found: FaceLandmarks) -> FaceLandmarks:
-        """The face, or the same face turned by 180 degrees when only then its mouth is seen."""
-        if found.scores[1] >= _MOUTH_HIDDEN:
-            return found
-        if self._detections is None:
-            self._detections = detect(self.nets, self.picture, self.sides_px, tilt_degrees=180)
-        for detection in self._detections:
-            if not _is_within(found, detection):
-                continue
-            other = locate(self.nets, self.picture, detection, self.average)
-            if (
-                other is not None
-                and other.scores[1] > _MOUTH_SEEN
-                and _is_within(found, other.pose)
-            ):
-                return other
+    face, mouth = found.scores
+    if face >= _SURELY_A_FACE and mouth >= _MOUTH_HIDDEN:
         return found
+    around_eyes = Similarity(-found.pose.turn, found.pose.shift)
+    other = locate(nets, picture, around_eyes, average)
+    if other is None or not _has_eyes_within(found, other.pose):
+        return found
+    is_turned = (other.pose.turn / found.pose.turn).real < 0
+    return other if is_turned and _evidence(other) > _evidence(found) + _MORE else found
 
 
-def _is_within(found: FaceLandmarks, pose: Similarity) -> bool:
-    """Whether the middle of another face lies in the box around this one."""
-    middle, across, down = middle_of(pose), found.xy.real, found.xy.imag
-    return bool(across.min() < middle.real < across.max() and down.min() < middle.imag < down.max())
+def _evidence(found: FaceLandmarks) -> float:
+    """Log-odds of a face, and a share of those of a visible mouth."""
+    face, mouth = (math.log((p + 1e-6) / (1 - p + 1e-6)) for p in found.scores)
+    return face + _MOUTH_COUNTS * mouth
+
+
+def _has_eyes_within(found: FaceLandmarks, pose: Similarity) -> bool:
+    """Whether the midpoint between the eyes of another face lies in the box around this one."""
+    eyes, across, down = pose.shift, found.xy.real, found.xy.imag
+    return bool(across.min() < eyes.real < across.max() and down.min() < eyes.imag < down.max())
