@@ -31,8 +31,9 @@ def tell_unpainted(
     elif not meant:
         report.why_unpainted = "the look has no opacity, no gloss and no reflection"
     elif unseen:
-        seen = f"no {' or '.join(unseen)} could be seen in the faces found"
-        report.why_unpainted = f"{seen}; {report.turn_first}"
+        report.why_unpainted = f"no {' or '.join(unseen)} could be seen in the faces found"
+        if not painted_parts:
+            report.why_unpainted += f"; {report.turn_first}"
 
 
 def _numbered(numbers: list[int]) -> str:
