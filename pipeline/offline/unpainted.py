@@ -7,6 +7,7 @@ from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.offline.report import Report
 
 _MOST_NUMBERS = 10  # of faces in a message
+_WHOM = {"all": "the faces found", "largest": "the largest face"}
 
 
 def tell_unpainted(
@@ -31,7 +32,8 @@ def tell_unpainted(
     elif not meant:
         report.why_unpainted = "the look has no opacity, no gloss and no reflection"
     elif unseen:
-        report.why_unpainted = f"no {' or '.join(unseen)} could be seen in the faces found"
+        whom = _WHOM.get(faces, f"face {faces}")
+        report.why_unpainted = f"no {' or '.join(unseen)} could be seen in {whom}"
         if not painted_parts:
             report.why_unpainted += f"; {report.turn_first}"
 

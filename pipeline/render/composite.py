@@ -104,7 +104,9 @@ class Composite:
         planes = item.frame.writable_planes()
         size = item.frame.width_px, item.frame.height_px
         placed: list[PlacedJob] = []
+        parts: set[str] = set()
         for job, rect in _placed(jobs, size, item.frame.chroma):
+            parts.update([coat.kind.must_see for coat in job.coats])
             # a veil has no detail of its own, and its area is large; veils come first in the order
             # of painting
             if job.is_veil and _area_px(rect) > _VEIL_PX:
@@ -120,7 +122,7 @@ class Composite:
         else:
             for together in _apart(placed):
                 self._paint(item, together, planes)
-        return {coat.kind.must_see for job in jobs for coat in job.coats}
+        return parts
 
     def _jobs(
         self, item: FrameScene, faces: tuple[FaceScene, ...], groups: list[Group]

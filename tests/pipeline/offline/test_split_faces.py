@@ -108,6 +108,13 @@ def test_a_part_that_one_segment_shows_is_not_missed(tmp_path):
     assert many.segments == 2 and one.warnings() == many.warnings() == []
 
 
+def test_a_part_that_no_segment_shows_is_missed_in_all(tmp_path):
+    pictures = [veiled(put(grey(), face_of(200), 200, 20))] * FRAMES
+    src = write_video(tmp_path / "in.mkv", pictures, options={"g": "15"})
+    *_, one, many = paint(src, tmp_path, [InThisProcess()])
+    assert many.segments == 2 and one.warnings() == many.warnings() != []
+
+
 class Noting(InThisProcess):
     """Notes how often each segment is painted."""
 

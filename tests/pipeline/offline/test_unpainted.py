@@ -90,6 +90,18 @@ def test_a_part_that_is_nowhere_seen_is_named(tmp_path, suffix):
     assert report.warnings() == ["not all was painted: no mouth could be seen in the faces found"]
 
 
+@pytest.mark.parametrize(
+    ("faces", "words"), [("0", "face 0"), ("largest", "the largest face"), ("1", ""), ("all", "")]
+)
+def test_a_part_counts_only_in_the_faces_that_were_chosen(tmp_path, faces, words):
+    rgb8 = veiled(put(grey(), face_of(200), 40, 20))
+    src = saved(tmp_path / "in.png", put(rgb8, face_of(120), 420, 60))
+    look = Look(lips=BLUE.lips, eyes=product((0, 90, 40), "matte", "eyes"))
+    report = process_video(src, tmp_path / "out.png", look, Settings(faces=faces))
+    line = f"not all was painted: no mouth could be seen in {words}"
+    assert report.warnings() == ([line] if words else [])
+
+
 def test_a_look_that_changes_nothing_is_the_reason(tmp_path):
     nothing = dict.fromkeys(("red", "green", "blue", "opacity", "gloss", "reflection"), 0)
     look = Look.from_dict({"version": 1, "lips": {**nothing, "gloss_roughness": 0.5}, "eyes": None})

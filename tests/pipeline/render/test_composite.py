@@ -87,6 +87,14 @@ def test_only_frames_with_something_to_paint_are_counted():
     assert composite.painted_frames == 1
 
 
+def test_lids_beyond_the_border_are_not_painted():
+    rgb8, points = close_up()
+    composite = Composite(Look(eyes=product()))
+    away = true_face(points - (0, points[[145, 374], 1].max() + 12))  # the lower lids
+    assert composite(scene_of(frame_of(rgb8), (away,))) and composite.painted_parts == set()
+    assert composite.painted_frames == 0
+
+
 def test_the_parts_of_faces_that_were_painted_are_remembered():
     rgb8, points = close_up()
     composite = Composite(Look(lips=product(), eyes=product()))
