@@ -19,7 +19,7 @@ def right_way_up(
 ) -> FaceLandmarks:
     """The face, or the same face turned by 180 degrees where that is more of a face.
 
-    Half of the faces that stand on their head are found as if they were upright: their eyes are
+    A third of the faces that stand on their head are found as if they were upright: their eyes are
     read as eyes, and brows or forehead as nose and mouth.
     average: as of `locate`.
     """

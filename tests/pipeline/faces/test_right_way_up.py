@@ -30,7 +30,7 @@ def as_if_upright(face, scores):
     return replace(face, pose=Similarity(-face.pose.turn, face.pose.shift), scores=scores)
 
 
-# scores of such faces in photos: with the mouth in sight, and behind a mask
+# as photos give them: mostly the mouth seems hidden, now and then a brow is taken for one
 @pytest.mark.parametrize("scores", [(0.9, 0.05), (0.97, 0.94), (0.989, 0.011)])
 def test_a_face_on_its_head_that_seems_upright_is_turned(on_its_head, scores):
     nets, picture, face = on_its_head

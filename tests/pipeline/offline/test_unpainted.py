@@ -1,4 +1,4 @@
-"""When nothing was painted, one warning gives the reason: what was found and what was chosen."""
+"""When nothing was painted, or a part of the look nowhere, one warning gives the reason."""
 
 import cv2
 import numpy as np
