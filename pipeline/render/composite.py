@@ -103,10 +103,9 @@ class Composite:
             return set()
         planes = item.frame.writable_planes()
         size = item.frame.width_px, item.frame.height_px
+        on_frame = list(_placed(jobs, size, item.frame.chroma))
         placed: list[PlacedJob] = []
-        parts: set[str] = set()
-        for job, rect in _placed(jobs, size, item.frame.chroma):
-            parts.update([coat.kind.must_see for coat in job.coats])
+        for job, rect in on_frame:
             # a veil has no detail of its own, and its area is large; veils come first in the order
             # of painting
             if job.is_veil and _area_px(rect) > _VEIL_PX:
@@ -122,7 +121,7 @@ class Composite:
         else:
             for together in _apart(placed):
                 self._paint(item, together, planes)
-        return parts
+        return {coat.kind.must_see for job, _ in on_frame for coat in job.part.coats}
 
     def _jobs(
         self, item: FrameScene, faces: tuple[FaceScene, ...], groups: list[Group]

@@ -32,14 +32,19 @@ def local_linear_taps(
     (Fan, 1993). The weights fall with time, and with the distance from what `now` alone predicts:
     the bilateral filter (Tomasi & Manduchi, 1998) about a moving centre.
     """
-    steps, by_time, near = [], [], []
-    for seconds in from_now:
-        step = 0.0 if math.isnan(seconds) else seconds
-        steps.append(step)
-        by_time.append(0.0 if math.isnan(seconds) else math.exp(-0.5 * (step / _TIME_SECONDS) ** 2))
-        near.append(by_time[-1] * math.exp(-0.5 * (step / _SLOPE_SECONDS) ** 2) * step)
-    per_second = max(sum(a * b for a, b in zip(near, steps, strict=True)), 1e-12)
-    dt, speed = np.array(steps), np.array([weight / per_second for weight in near])
+    steps = [0.0 if math.isnan(seconds) else seconds for seconds in from_now]
+    squares = [step * step for step in steps]
+    by_time = [
+        0.0 if math.isnan(seconds) else math.exp(-0.5 / _TIME_SECONDS**2 * square)
+        for seconds, square in zip(from_now, squares, strict=True)
+    ]
+    nearby = [
+        weight * math.exp(-0.5 / _SLOPE_SECONDS**2 * square)
+        for weight, square in zip(by_time, squares, strict=True)
+    ]
+    dt = np.array(steps)
+    near = np.array(nearby) * dt
+    speed = near / max(near @ dt, 1e-12)
     # Squared distances from a face at rest, |off| ** 2, and at steady speed, |off - dt * v| ** 2,
     # multiplied out. off[i] is moment i minus `now`, v the sum of speed[i] * off[i], and
     # 2 * off[i] . off[j] = apart[i, now] + apart[j, now] - apart[i, j].
@@ -61,7 +66,7 @@ def local_linear_taps(
     # Take whichever explains more of the window: at rest, a speed would be nothing but noise.
     explained = np.add.reduce(both, 2, keepdims=True) * _MAY_MOVE
     weights = np.where(explained[0] >= explained[1], both[0], both[1])
-    sums = weights @ np.array(([1.0] * len(steps), steps, [step * step for step in steps])).T
+    sums = weights @ np.array(([1.0] * len(steps), steps, squares)).T
     total, first, second = sums[:, :1], sums[:, 1:2], sums[:, 2:]
     # The tiny addend matters only when no moment but `now` has weight: it avoids dividing 0 by 0.
     second = second + 1e-9 * total
