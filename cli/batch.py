@@ -198,7 +198,7 @@ def _print_end(work: "BatchJobs", results: "dict[str, Result]", quiet: bool) -> 
     damaged."""
     from makeup_video.pipeline.batch.job import Done
     from makeup_video.pipeline.batch.plan import is_hopeless
-    from makeup_video.pipeline.errors import EXIT_DAMAGED_INPUT
+    from makeup_video.pipeline.errors import EXIT_IN_PART
 
     failed = [one for one in results.values() if not isinstance(one, Done)]
     damaged = [one for one in results.values() if isinstance(one, Done) and one.damaged]
@@ -206,12 +206,15 @@ def _print_end(work: "BatchJobs", results: "dict[str, Result]", quiet: bool) -> 
         log(f"{len(results) - len(failed)} of {len(results)} outputs done; {work.page} shows them")
     hopeless = [one for one in failed if is_hopeless(one)]
     hopeful = [one for one in failed if one not in hopeless]
-    for some, advice in ((hopeful, "does them again"), (hopeless, "alone does not help")):
+    for some, advice in (
+        (hopeful, "; --retry tries again"),
+        (hopeless, ", and would fail again with --retry"),
+    ):
         if some:
-            log(f"{len(some)} failed (--retry {advice}):")
+            log(f"{len(some)} failed{advice}:")
         for one in some:
             log(f"  {_line(one)}")
     if work.changes_kind([one.output for one in hopeless]):
         log("a template that ends in .{ext}, as in -o '{name}.{ext}', suits pictures and videos")
     if failed or damaged:
-        raise typer.Exit(EXIT_DAMAGED_INPUT)
+        raise typer.Exit(EXIT_IN_PART)

@@ -36,7 +36,7 @@ def print_outcomes(outcomes: "Sequence[tuple[str, Outcome]]", source: str, quiet
     of the first error when all did.
     """
     from makeup_video.pipeline import MakeupVideoError
-    from makeup_video.pipeline.errors import EXIT_DAMAGED_INPUT
+    from makeup_video.pipeline.errors import EXIT_IN_PART
 
     reports = [(name, one) for name, one in outcomes if not isinstance(one, MakeupVideoError)]
     errors = [(name, one) for name, one in outcomes if isinstance(one, MakeupVideoError)]
@@ -53,7 +53,7 @@ def print_outcomes(outcomes: "Sequence[tuple[str, Outcome]]", source: str, quiet
     if not reports:
         raise typer.Exit(errors[0][1].exit_code)
     if errors or any(one.damaged for _, one in reports):
-        raise typer.Exit(EXIT_DAMAGED_INPUT)
+        raise typer.Exit(EXIT_IN_PART)
 
 
 def _print_warnings(reports: "Sequence[Report]", quiet: bool) -> None:

@@ -204,7 +204,7 @@ def parse_time(text: str | None, option: str) -> "Fraction | None":
     if spoken := _SPOKEN_TIME.fullmatch(time):
         hours, minutes, seconds = (Fraction(part or 0) for part in spoken.groups())
         return 3600 * hours + 60 * minutes + seconds
-    if not re.fullmatch(r"(\d{1,9}:){0,2}\d{1,9}(\.\d{1,9})?", time, re.ASCII):
+    if not re.fullmatch(r"(\d{1,9}:){0,2}(\d{1,9}(\.\d{1,9})?|\.\d{1,9})", time, re.ASCII):
         raise UsageError(f"{option} must be seconds or [hh:]mm:ss[.fraction], got {text!r}")
     values = [Fraction(part) for part in time.split(":")]
     if any(value >= 60 for value in values[1:]):

@@ -151,7 +151,7 @@ def print_summary(report: "Report", quiet: bool, more: str = "") -> None:
     Raises typer.Exit with exit code 5 when the input was damaged; its warnings are logged even when
     quiet.
     """
-    from makeup_video.pipeline.errors import EXIT_DAMAGED_INPUT
+    from makeup_video.pipeline.errors import EXIT_IN_PART
 
     for line in report.warnings():
         if not quiet or report.damaged:
@@ -159,7 +159,7 @@ def print_summary(report: "Report", quiet: bool, more: str = "") -> None:
     if not quiet:
         log(report.summary() + more)
     if report.damaged:
-        raise typer.Exit(EXIT_DAMAGED_INPUT)
+        raise typer.Exit(EXIT_IN_PART)
 
 
 def _part_of(output: Path) -> Path:

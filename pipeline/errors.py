@@ -16,7 +16,8 @@
     ├── StrictError    (ValueError)            6   strict run, and something would be lost
     └── StoppedError   (InterruptedError)    130   Ctrl-C while a video is painted
 
-Exit code 5 is no error: the output is whole, but the input was damaged.
+Exit code 5 has no error of its own: the input was damaged, or some of several outputs failed (of a
+batch, even all).
 A message is one line: what was expected, what came, where, and what to do. It names options with
 `option`, so that every reader sees the name that they know.
 """
@@ -25,7 +26,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, ClassVar
 
-EXIT_DAMAGED_INPUT = 5
+EXIT_IN_PART = 5
 _LAST_OF_THE_SYSTEM = 4096  # error number; FFmpeg's own numbers lie far above
 _ALIKE = 0.7  # of difflib: a word this close to a known one is a mistyped one
 # Characters of Unicode's private use area: file names and option names do not contain them.

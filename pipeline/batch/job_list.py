@@ -67,6 +67,6 @@ def _check_columns(where: str, names: Sequence[str], known: Sequence[str]) -> No
                 f"{', '.join(known)}{did_you_mean(name, known)}"
             )
         if names.count(name) > 1:
-            raise UsageError(f"{where}: the column {name} stands there twice: leave one out")
+            raise UsageError(f"{where}: the column {name} appears twice: remove one")
     if INPUT not in names:
         raise UsageError(f"{where}: the column {INPUT}, which names the input, is missing")

@@ -222,10 +222,12 @@ def _entry(line: bytes) -> Entry | None:
         entry = json.loads(line)
     except ValueError:
         return None
-    if not isinstance(entry, dict) or entry.get("event") not in _HELD:
+    if not isinstance(entry, dict):
         return None
-    named = isinstance(entry.get("output"), str) and isinstance(entry.get("key"), str)
-    return entry if named and _HELD[entry["event"]] <= entry.keys() else None
+    texts = [entry.get(name) for name in ("event", "output", "key")]
+    if not all(isinstance(text, str) for text in texts) or texts[0] not in _HELD:
+        return None
+    return entry if _HELD[entry["event"]] <= entry.keys() else None
 
 
 def _to_disk(done: Done) -> Done | Failed:

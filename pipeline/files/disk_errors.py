@@ -28,10 +28,13 @@ _WRITING = {
 }
 
 
-def unreadable(what: object, error: OSError) -> str:
-    """The line about a file that cannot be read; what: the start of the line."""
+def unreadable(what: object, error: OSError, as_what: str = "") -> str:
+    """The line about a file that cannot be read.
+
+    what: the start of the line.  as_what: as which kind of file, such as " as a look file".
+    """
     advice = _READING.get(error.errno or 0, "give another file")
-    return f"{what} cannot be read: {reason_of(error)}; {advice}"
+    return f"{what} cannot be read{as_what}: {reason_of(error)}; {advice}"
 
 
 def unwritable(what: object, error: Exception, otherwise: str) -> str:

@@ -50,11 +50,11 @@ def open_table(
     except MakeupVideoError:
         raise  # some are OSErrors, but none is of this file
     except UnicodeDecodeError as error:
-        raise fault(f"{path}: {kind} cannot be read: not UTF-8 text; {AS_UTF8}") from error
+        raise fault(f"{path} cannot be read as {kind}: it is not UTF-8 text; {AS_UTF8}") from error
     except FileNotFoundError as error:
         raise fault(f"{path} does not exist: give {kind} (CSV) on this machine") from error
     except OSError as error:
-        raise fault(unreadable(f"{path}: {kind}", error)) from error
+        raise fault(unreadable(path, error, f" as {kind}")) from error
 
 
 def table_rows(

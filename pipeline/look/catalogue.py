@@ -149,7 +149,7 @@ def rows_in(data: bytes, name: str) -> Iterator[Row]:
         yield from _rows(io.StringIO(data.decode("utf-8-sig"), newline=""), name)
     except UnicodeDecodeError as error:
         raise CatalogueError(
-            f"{name}: a catalogue cannot be read: not UTF-8 text; {AS_UTF8}"
+            f"{name} cannot be read as a catalogue: it is not UTF-8 text; {AS_UTF8}"
         ) from error
 
 
@@ -187,9 +187,7 @@ def _checked(names: list[str], path: str | os.PathLike[str]) -> list[str]:
         )
     twice = next((name for name, count in counts.items() if name and count > 1), None)
     if twice is not None:
-        raise CatalogueError(
-            f"{path}, line 1: the column {twice} stands there twice: leave one out"
-        )
+        raise CatalogueError(f"{path}, line 1: the column {twice} appears twice: remove one")
     return names
 
 

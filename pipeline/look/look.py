@@ -275,9 +275,9 @@ class Look:
         try:
             text = read_ordinary(path, _MOST_BYTES).decode("utf-8-sig")
         except OSError as error:
-            raise LookError(unreadable(f"{path}: a look file", error)) from error
+            raise LookError(unreadable(path, error, " as a look file")) from error
         except UnicodeDecodeError as error:
-            raise LookError(f"{path}: a look file cannot be read: not UTF-8 text") from error
+            raise LookError(f"{path} cannot be read as a look file: not UTF-8 text") from error
         try:
             return cls.from_dict(read_json(text))
         except LookError as error:

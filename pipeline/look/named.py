@@ -2,6 +2,7 @@
 
 import glob
 import os
+import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -62,13 +63,14 @@ def look_files(place: str) -> list[Path]:
                 "photos of makeup"
             )
         return sorted([path for path in found if not is_photo(path)] or found)
-    found = [Path(path) for path in glob.glob(place, recursive=True)]
+    matching = map(Path, glob.glob(place, recursive=True))
+    found = sorted(path for path in matching if not path.is_dir())
     if not found:
         raise LookError(
             f"{place} is no folder, and no look file or photo matches it: check the path, or put a "
             "pattern into quotes"
         )
-    return sorted(path for path in found if not path.is_dir())
+    return found
 
 
 def is_photo(path: Path) -> bool:
@@ -185,11 +187,17 @@ def _look_of(row: Row, part: str, finish: str | None) -> NamedLook:
                 f"{did_you_mean(written, finish_names())}"
             )
     kind = PARTS[part]
-    if finish is None:  # as in "Lip Gloss" or "Matte lipstick"
-        finish = next((name for name in FINISHES if name in row.kind), kind.first_finish)
+    if finish is None:
+        finish = _finish_in(row.kind) or kind.first_finish
     layer = Layer(kind.name, product(shade.rgb, finish, part))
     name = "-".join(filter(None, (shade.brand, shade.shade))) or "#" + bytes(shade.rgb).hex()
     return NamedLook(name, Look([layer]), shade.brand, shade.shade, shade.product, row.where)
+
+
+def _finish_in(kind: str) -> str | None:
+    """The finish that a category names, as in "Matt lipstick" or "Lipgloss"."""
+    words = map(finish_of, re.split(r"[^a-z]+", kind))
+    return next(filter(None, words), None) or next((one for one in FINISHES if one in kind), None)
 
 
 def numbered(names: Sequence[str]) -> list[str]:

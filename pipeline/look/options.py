@@ -46,9 +46,9 @@ class Choice:
 def choose_look(choice: Choice) -> Look:
     """The look that a choice means.
 
-    What a part is said to wear replaces all of its layers. Of the other parts, the colour replaces
-    the colour and the finish everything else: of the parts that are named, or of lips and eyes
-    where the base has them, or of the lips. Parts that are not named become bare.
+    A part's own option replaces all of its layers. `color` and `finish` change those of the other
+    parts that `parts` names; without `parts`, lips and eyes as far as the base has them, else the
+    lips. Where `parts` is given, all other parts become bare but those with an option of their own.
     Raises UsageError or LookError, one line naming the option.
     """
     check_options(choice)
@@ -67,10 +67,10 @@ def choose_look(choice: Choice) -> Look:
         changed = tuple(part for part in named if part not in choice.worn)
     layers: list[Layer] = []
     for part in kept:
-        if part in choice.worn:
+        if part not in changed:
             layers += base.of(PARTS[part].name)
         else:
-            layers += _layers(base, part, *((rgb, finish) if part in changed else (None, None)))
+            layers += _layers(base, part, rgb, finish)
     return _with_dials(Look(layers, base.strength), choice)
 
 
@@ -89,7 +89,12 @@ def _all_parts(
             )
         return (*painted, *DEFAULT_PARTS), DEFAULT_PARTS
     if not changed and finish is not None and not worn:
-        raise UsageError(_colourless(finish))
+        if not painted:
+            raise UsageError(_colourless(finish))
+        raise UsageError(
+            f"{option('finish', finish)} is for lips and eyes, and the look has neither: add "
+            f"{option('parts', painted[0])}, or leave it out"
+        )
     return painted, changed
 
 

@@ -123,6 +123,9 @@ def _meant(kind: Kind, texts: list[str]) -> str:
     'rgb(180, 0, 46)' where only its numbers are given, else nothing."""
     first, *rest = texts
     numbers = f"rgb({', '.join(one.strip() for one in texts)})"
+    are_colours = len(texts) <= kind.most and all(rgb_of(one) is not None for one in texts)
+    if are_colours:  # 000000 is a share, too
+        return ""
     if len(texts) == 3 and all(one.strip().isdigit() for one in texts) and rgb_of(numbers):
         return f": did you mean '{numbers}'?"
     if rest and rgb_of(first) is not None and all(_is_word(kind, one) for one in rest):

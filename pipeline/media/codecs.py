@@ -268,7 +268,9 @@ def encoder_options(codec: VideoCodec, crf: int | None, preset: str | None) -> d
             raise UsageError(
                 f"{option('crf')} must be in {low}..{high} for {codec.name}, got {crf}"
             )
-    known = preset and _plain(preset)
+    known = preset and preset.strip().lower()
+    if known and known[0].isalpha():  # a sign or a point in a number is no separator
+        known = _plain(known)
     if known is not None and known not in (codec.presets or ()):
         choices = f"one of {', '.join(codec.presets)}" if codec.presets else "left out"
         raise UsageError(f"{option('preset')} must be {choices} for {codec.name}, got {preset!r}")

@@ -81,7 +81,8 @@ def check_hardware(name: str) -> None:
     """Raises UsageError unless the name is one of HARDWARE, "auto" or "none"."""
     if name not in (NONE, AUTO, *HARDWARE):
         raise UsageError(
-            f"{option('hardware')} must be {AUTO}, {NONE}, {', '.join(HARDWARE)}, got {name!r}"
+            f"{option('hardware')} must be one of {AUTO}, {NONE}, {', '.join(HARDWARE)}, "
+            f"got {name!r}"
         )
 
 
@@ -97,13 +98,15 @@ def pick_encoder(codec: VideoCodec, name: str, wanted: EncoderNeeds) -> tuple[Vi
     for hardware in HARDWARE.values() if name == AUTO else [HARDWARE[name]]:
         row = on_hardware(codec, hardware)
         if row is None:
-            reason = f"this FFmpeg has no {_encoder_of(codec, hardware)}"
-        else:
-            reason = _why_not(row, wanted, is_named=name != AUTO)
-        if row is not None and not reason:
+            if name != AUTO:  # what FFmpeg lacks is no news where nothing was named
+                reasons.append(
+                    f"{hardware.name}: this FFmpeg has no {_encoder_of(codec, hardware)}"
+                )
+            continue
+        reason = _why_not(row, wanted, is_named=name != AUTO)
+        if not reason:
             return row, row.encoder
-        if row is not None or name != AUTO:  # what FFmpeg lacks is no news where nothing was named
-            reasons.append(f"{hardware.name}: {reason}")
+        reasons.append(f"{hardware.name}: {reason}")
     why = "; ".join(reasons) or f"this FFmpeg has none for {codec.name}"
     if name != AUTO:
         raise EncodeError(
@@ -163,13 +166,15 @@ def _why_not(row: VideoCodec, wanted: EncoderNeeds, *, is_named: bool) -> str:
 
     if wanted.interlaced:
         return "it cannot keep the fields of an interlaced video"
+    lacking = f"it has no preset {wanted.preset}"
     try:
         options = encoder_options(row, wanted.crf, wanted.preset)
+        lacking = f"it has no {wanted.depth} bits"
         pix_fmt = pick_pix_fmt(wanted.pix_fmt, row, wanted.depth)
-    except UsageError as error:
+    except UsageError:
         if is_named:
             raise
-        return str(error)
+        return lacking
     return _try(row, wanted.size_wh, pix_fmt, options)
 
 

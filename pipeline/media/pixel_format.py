@@ -180,10 +180,10 @@ class ConvertPixelFormat:
         deepest = max(bits_of(name) for name in self.codec.pix_fmts)
         is_usual, reasons = self.codec.depth == after, []
         if is_usual and _is_rgb(picture.format.name):
-            reasons.append(f"few players take {self.codec.name} of 4:4:4")
+            reasons.append(f"few players can show 4:4:4 in {self.codec.name}")
         if is_usual and after < before and self.depth is None:
             reasons.append(
-                f"few players take {self.codec.name} of more than {after} bits; a bit depth of "
+                f"few players can show more than {after} bits in {self.codec.name}; a bit depth of "
                 f"{deepest} keeps {'them' if deepest >= before else 'more'}"
             )
         if after < before and picture.color_trc in HDR_TRANSFERS:

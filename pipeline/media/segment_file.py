@@ -63,7 +63,7 @@ class SegmentFile:
             raise OutputError(f"{self.path} cannot be read back: {error}; run again") from error
         if count != len(self.times):
             raise OutputError(
-                f"{self.path} has {count} packets, {len(self.times)} were written: run again"
+                f"{self.path} has {count} packets, but {len(self.times)} were written: run again"
             )
 
 

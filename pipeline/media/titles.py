@@ -40,7 +40,11 @@ class OneAtATime:
         return done
 
     def drain(self) -> list[Title]:
-        """The rest, once no more titles come; a title without an end then has no length."""
+        """The rest, once no more titles come.
+
+        A title without an end lasts as long as the others that are still shown; where none of these
+        has an end, it has no length.
+        """
         ends = [one.end for one in self._shown if one.end is not None]
         if self._shown and not ends:
             return [Title(self._since, self._since, joined([one.line for one in self._shown]))]

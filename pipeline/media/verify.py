@@ -52,15 +52,15 @@ def missing_from(
             return _difference(stream, found[first] if first < len(found) else None)
         positions = after
     if found_covers < covers:
-        return f"it has {found_covers} pieces of cover art, {covers} were sent"
+        return f"it holds {found_covers} pieces of cover art, but the number sent is {covers}"
     return None
 
 
 def _difference(stream: SentStream, found: tuple[str, int] | None) -> str:
     kind, count = found or ("nothing", 0)
     if kind != stream.kind:
-        return f"{stream.name} was sent, its place holds {kind}"
-    return f"{stream.name} has {count} packets, {stream.packets} were sent"
+        return f"{stream.name} was sent, but its place in the file holds {kind}"
+    return f"{stream.name} has {count} packets, but {stream.packets} were sent"
 
 
 def _is_whole(stream: SentStream, kind: str, count: int) -> bool:

@@ -84,7 +84,7 @@ class SegmentResult:
     """A painted segment, and what was counted; it can be pickled.
 
     span: when its first frame begins, and its last one ends, in seconds of the video.
-    before, after, numbers: as in SegmentFaces.  chosen_frames, painted_parts: as in Composite.
+    before, after, numbers: as in SegmentFaces.  chosen_frames, painted_areas: as in Composite.
     largest_first, largest_id: the largest face when the segment began, and the one that was painted
     last as the largest.
     Faces have the segment's own numbers, but those of the largest face are the video's, where the
@@ -98,7 +98,7 @@ class SegmentResult:
     after: Sightings = field(default_factory=dict)
     numbers: tuple[int, ...] = ()
     chosen_frames: int = 0
-    painted_parts: tuple[str, ...] = ()
+    painted_areas: tuple[str, ...] = ()
     largest_first: int | None = None
     largest_id: int | None = None
 
@@ -226,7 +226,7 @@ class _Painting:
             faces.after,
             tuple(faces.numbers),
             composite.chosen_frames,
-            tuple(sorted(composite.painted_parts)),
+            tuple(sorted(composite.painted_areas)),
             self._painter.largest_first,
             composite.largest_id,
         )

@@ -179,5 +179,5 @@ def _add(report: Report, painted: PaintedSegments, look: Look, settings: Setting
         settings.faces,
         sum(result.chosen_frames for result in painted.results),
         painted.shown_numbers,
-        {part for result in painted.results for part in result.painted_parts},
+        {part for result in painted.results for part in result.painted_areas},
     )

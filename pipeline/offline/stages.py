@@ -102,5 +102,5 @@ def count_painted(composite: Composite, report: Report) -> None:
         composite.faces,
         composite.chosen_frames,
         composite.numbers,
-        composite.painted_parts,
+        composite.painted_areas,
     )

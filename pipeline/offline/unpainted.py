@@ -16,17 +16,17 @@ def tell_unpainted(
     faces: str,
     chosen_frames: int,
     numbers: set[int],
-    painted_parts: Collection[str],
+    painted_areas: Collection[str],
 ) -> None:
     """Write the reason into a report, which has its other counts.
 
-    chosen_frames, numbers, painted_parts: as in Composite.
+    chosen_frames, numbers, painted_areas: as in Composite.
     """
     if not report.frames_with_face:
         return
     kinds = {layer.kind for layer in look.painted}
     meant = dict.fromkeys(k.must_see for k in KINDS.values() if k.name in kinds)
-    unseen = [part for part in meant if part not in painted_parts]
+    unseen = [part for part in meant if part not in painted_areas]
     if not chosen_frames and faces.isdigit():
         report.why_unpainted = f"face {faces} was chosen, but {_numbered(sorted(numbers))}"
     elif not meant:
@@ -34,7 +34,7 @@ def tell_unpainted(
     elif unseen:
         whom = _WHOM.get(faces, f"face {faces}")
         report.why_unpainted = f"no {' or '.join(unseen)} could be seen in {whom}"
-        if not painted_parts:
+        if not painted_areas:
             report.why_unpainted += f"; {report.turn_first}"
 
 

@@ -15,7 +15,7 @@ from makeup_video.pipeline.render.opencl import once_a_process, open_device
 from makeup_video.pipeline.render.regions import READ
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
 from makeup_video.pipeline.render.scene_light import EstimateLight
-from makeup_video.pipeline.render.softness import blur_of
+from makeup_video.pipeline.render.softness import softness_of
 from makeup_video.pipeline.render.surfaces.eyes import (
     EYE_CURVES,
     FOLD_CURVE,
@@ -108,7 +108,7 @@ class BuildScene:
             return None, {}
         planes = light_planes(frame, coding, there, face.points_px[_LIT].tolist())
         surfaces = self._surface(grids, face.points_px, face.lips.logits, planes)
-        return surfaces, blur_of(planes, face)
+        return surfaces, softness_of(planes, face)
 
     def _smooth(self, key: tuple[int, str], mean: float, seconds: float) -> float:
         """The mean light of a region, smoothed by the frames' time."""

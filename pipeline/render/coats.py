@@ -26,7 +26,7 @@ from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.grid import box_of
 from makeup_video.pipeline.render.regions import REGIONS
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
-from makeup_video.pipeline.render.strokes import box_of_strokes, line_of, window_px
+from makeup_video.pipeline.render.strokes import box_of_strokes, fade_px, line_of
 from makeup_video.pipeline.render.surfaces.eyes import NUMBERS
 from makeup_video.pipeline.render.surfaces.region import Reader
 from makeup_video.pipeline.render.surfaces.surface import Charts, Edge, Surface
@@ -148,7 +148,7 @@ class PaintJob(NamedTuple):
     def line(self) -> Line:
         """Its strokes as kernels/strokes.cl draws them."""
         part, share = self.part, self.share
-        soft_px = window_px(part.edge.sigma_px)
+        soft_px = fade_px(part.edge.sigma_px)
         blur_px = max(part.blur_px * share, soft_px)
         return line_of(part.surface.grid, part.strokes, blur_px, soft_px, share)
 
@@ -181,7 +181,7 @@ def _together(layer: Layer) -> tuple[str, str, str]:
 
 
 def _draw(charts: Sequence[Any], layers: Sequence[Layer]) -> list[Drawn]:
-    """Only those coats that lie anywhere on the charts."""
+    """Draw layers on the charts of all sides; coats that lie nowhere are left out."""
     made = [
         (_worn(layer.kind, next(filter(None, each)).product, layer.strength), each)
         for layer in layers
@@ -200,8 +200,13 @@ def _draw(charts: Sequence[Any], layers: Sequence[Layer]) -> list[Drawn]:
 
 
 def _edge_of(coats: Sequence[tuple[WornCoat, Sequence[Coat | None]]]) -> Edge:
-    """At the surface's own border, of coats and what of them lies on each chart. A darker coat over
-    the first, which may be a line around it, counts by how much of it shows where it is densest."""
+    """How coats end at the surface's own border.
+
+    The first one decides; a darker coat over it, which may be a line around it, counts by how much
+    of it shows where it is densest.
+
+    coats: each with what of it lies on each chart.
+    """
     (first, _), *others = coats
     pale = _paleness(first.product)
     for worn, on_charts in others:
@@ -307,7 +312,7 @@ def _lines(lits: Sequence[Lit], group: Group, sigma_px: float) -> Iterator[Part]
         for coat in _coats(lits[0].surface.fields(), layer):
             worn = (_worn(layer.kind, coat.product, layer.strength),)
             edge = Edge(coat.product.edge_softness, sigma_px=sigma_px)
-            seen = box_of_strokes(coat.strokes, max(coat.blur_px, window_px(sigma_px)))
+            seen = box_of_strokes(coat.strokes, max(coat.blur_px, fade_px(sigma_px)))
             for lit in lits:
                 at = lit.surface.number
                 strokes = tuple([Stroke(one.above[at], one.below[at]) for one in coat.strokes])

@@ -39,7 +39,7 @@ class Composite:
     device: as for open_device, or a canvas, which several may share in one thread.
     faces: all, largest, or a face's number.
     painted_frames: how many frames had a face that was painted.
-    painted_parts: which parts of faces were painted, as Kind.must_see names them.
+    painted_areas: which areas of faces were painted, as Kind.must_see names them.
     chosen_frames: how many had a face that was chosen by `faces`, its lips and lids seen or not.
     numbers: the ids of all faces seen.  largest_id: the face that was painted last as the largest.
     level: may be set between two frames. At LESS_DETAIL large regions are painted at half size.
@@ -52,7 +52,7 @@ class Composite:
         self.faces = faces
         self.largest_id: int | None = None
         self.painted_frames = self.chosen_frames = 0
-        self.painted_parts: set[str] = set()
+        self.painted_areas: set[str] = set()
         self.numbers: set[int] = set()
         self.level = QualityLevel.FULL
         self._small = {factor: SmallPlanes(factor) for factor in (2, 4)}
@@ -74,9 +74,9 @@ class Composite:
         self.numbers.update(scene.face.track_id for scene in item.faces)
         self.chosen_frames += bool(chosen)
         # read once: another thread may set a new look while this frame is painted
-        parts = self._paint_faces(item, chosen, self._groups)
-        self.painted_frames += bool(parts)
-        self.painted_parts |= parts
+        areas = self._paint_faces(item, chosen, self._groups)
+        self.painted_frames += bool(areas)
+        self.painted_areas |= areas
         return item.frame
 
     def settle(self, item: FrameScene, *, read: bool) -> None:
@@ -95,7 +95,7 @@ class Composite:
     def _paint_faces(
         self, item: FrameScene, faces: tuple[FaceScene, ...], groups: list[Group]
     ) -> set[str]:
-        """Paint the layers of a look on some faces. Returns the parts that were painted."""
+        """Paint the layers of a look on some faces. Returns the areas that were painted."""
         if not groups or len(item.frame.planes) < 2:  # a grey frame holds no colour
             return set()
         jobs = self._jobs(item, faces, groups)

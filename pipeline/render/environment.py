@@ -21,7 +21,7 @@ def room_colours(primaries: int) -> np.ndarray:
     return turned
 
 
-def blur_of(params: GraphicsParams) -> np.ndarray:
+def blur_matrix(params: GraphicsParams) -> np.ndarray:
     """(16, 16) float32: the matrix that blurs a column of an environment; the border is
     repeated."""
     return _blur(0.6 + 4 * params.environment_blur)

@@ -24,7 +24,7 @@ from makeup_video.kernels.product import (
 )
 from makeup_video.pipeline.frames.affine import Affine
 from makeup_video.pipeline.look.params import GraphicsParams
-from makeup_video.pipeline.render.environment import blur_of, room_colours
+from makeup_video.pipeline.render.environment import blur_matrix, room_colours
 from makeup_video.pipeline.render.product_material import (
     LUMINANCE,
     ceiling_of,
@@ -254,7 +254,7 @@ def environment_of(room: np.ndarray, params: GraphicsParams, coding: Coding) -> 
     """
     if not params.reflection:
         return Environment.of(np.zeros((3, ENVIRONMENT_PX, ENVIRONMENT_PX), np.float32))
-    blur = blur_of(params)
+    blur = blur_matrix(params)
     turned = np.moveaxis(room @ room_colours(coding.primaries).T, -1, 0)
     blurred = blur @ turned @ blur.T
     bright = np.maximum(blurred - VEIL * blurred.mean((1, 2), keepdims=True), 0)

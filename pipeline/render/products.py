@@ -10,7 +10,7 @@ from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.product import COAT, CODING, LitRegion, ProductKernel
 from makeup_video.kernels.program import Device
 from makeup_video.pipeline.render.coats import PaintJob, WornCoat
-from makeup_video.pipeline.render.environment import blur_of, room_colours
+from makeup_video.pipeline.render.environment import blur_matrix, room_colours
 from makeup_video.pipeline.render.product_material import (
     LUMINANCE,
     ceiling_of,
@@ -64,7 +64,7 @@ def _coat_record(coat: WornCoat) -> tuple[object, ...]:
         coat.strength, params.light_adaptation, *whole.lights, params.opacity, params.texture_keep,
         params.undertone, coat.kind.kept_highlights(params), whole.own_highlights, whole.lobe,
         params.reflection, whole.fresnel_front, whole.fresnel_rim, whole.room, whole.shimmer,
-        *least_cell(params), *sparing(coat.kind.spared), blur_of(params).T,
+        *least_cell(params), *sparing(coat.kind.spared), blur_matrix(params).T,
     )  # fmt: skip
 
 

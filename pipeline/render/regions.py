@@ -9,7 +9,7 @@ from makeup_video.pipeline.render.surfaces.lips import LIPS_REGION
 if TYPE_CHECKING:
     from makeup_video.pipeline.render.surfaces.region import ReadRegion, Region
 
-# Those of which every frame is read, in the order of kernels/surface.cl.
+# The regions that are read in every frame, in the order of kernels/surface.cl.
 READ: "dict[str, ReadRegion]" = {"lips": LIPS_REGION, "eyes": EYES}
 # By the name that a kind of makeup knows them by.
 REGIONS: "dict[str, Region]" = {**READ, "face": FACE}

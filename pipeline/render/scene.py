@@ -11,8 +11,8 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.render.surfaces.surface import Surface
 
-# Skin of less luminance than this is as often in the dark as it is dark itself: products on it get
-# less light, as this power of its luminance, but at least so much of it. And the most they get.
+# Skin of less luminance than _DARK_SKIN is as often in the dark as it is dark itself: products on
+# it get (luminance / _DARK_SKIN) ** _DARKER of the light, at least _LEAST, at most _MOST.
 _DARK_SKIN, _DARKER, _LEAST, _MOST = 0.27, 0.9, 0.45, 1.05
 
 

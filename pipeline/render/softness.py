@@ -9,7 +9,7 @@ from makeup_video.kernels.light import LightPlanes
 from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE_CORNERS
 
-WINDOW_PER_SIGMA = 3.46  # the width of a window, or of a ramp, that is as soft as a blur of sigma 1
+FADE_PER_SIGMA = 3.46  # the width of a border that is as soft as a blur of sigma 1
 # Half the width and height of what is read around the middle of eyes and mouth, in IOD.
 _EYES_REACH, _MOUTH_REACH = (0.6, 0.2), (0.38, 0.25)
 _LEAST_PX, _MOST_PX = 7.0, 200.0  # bounds of both, px of what is read
@@ -22,7 +22,7 @@ _SOFTEST = 6.0  # sigma, px of what is read: the blur is hardly known from there
 _SHARP, _SHARP_PX, _ALL_FROM = 0.016, 0.75, 1.3
 
 
-def blur_of(light: LightPlanes, face: Face) -> dict[str, float]:
+def softness_of(light: LightPlanes, face: Face) -> dict[str, float]:
     """By how much more than a sharp picture this one is blurred where lips and eyes are painted, by
     the names of these regions: sigma, px of the frame; 0 for a sharp one.
 
@@ -58,7 +58,8 @@ def _more_px(
     """The blur around a place beyond that of a sharp picture: sigma, px of the frame; None where it
     is not known.
 
-    right: unit vector to the right of the face.  reach: see above.
+    right: unit vector to the right of the face.
+    reach: half the width and height of what is read, in IOD.
     """
     x_scale, x_offset, y_scale, y_offset = light.to_luma
     scale = math.sqrt(x_scale * y_scale)

@@ -7,12 +7,12 @@ import numpy as np
 from makeup_video.kernels.strokes import Line
 from makeup_video.pipeline.look.kinds.kind import Stroke
 from makeup_video.pipeline.render.grid import Grid
-from makeup_video.pipeline.render.softness import WINDOW_PER_SIGMA
+from makeup_video.pipeline.render.softness import FADE_PER_SIGMA
 
 
-def window_px(sigma_px: float) -> float:
+def fade_px(sigma_px: float) -> float:
     """Over how many px the borders of a stroke fade in a picture with such a blur, at least 1."""
-    return max(WINDOW_PER_SIGMA * sigma_px, 1.0)
+    return max(FADE_PER_SIGMA * sigma_px, 1.0)
 
 
 def line_of(

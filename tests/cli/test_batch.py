@@ -85,7 +85,7 @@ def test_a_bad_video_fails_alone_and_is_named_at_the_end(folder):
     first = run(*words)
     assert first.exit_code == 5
     *_, listed, last = first.stderr.strip().splitlines()
-    assert listed == "1 failed (--retry does them again):"
+    assert listed == "1 failed; --retry tries again:"
     assert last.startswith("  out/bad.mp4 failed: InputError: clips/bad.mp4 is not a video")
     assert frames_in(folder / "out" / "a.mp4") == frames_in(folder / "out" / "b.mp4") == 20
     again = run(*words)

@@ -35,7 +35,7 @@ def test_a_picture_named_as_a_video_is_told_of_the_field(mixed):
         done = run_here(*words, *more)
         head, line, last = done.stderr.strip().splitlines()[-3:]
         assert done.exit_code == 5 and last == ADVICE
-        assert head == "1 failed (--retry alone does not help):"
+        assert head == "1 failed, and would fail again with --retry:"
         assert "in/c.png is a picture: the output must end in .jpg" in line
 
 
@@ -46,10 +46,10 @@ def test_retry_is_advised_where_it_may_help(mixed):
     with (mixed / "out" / "b.mp4").open("ab") as file:
         file.write(b"x")
     *_, first, bad, second, changed = run_here(*words).stderr.strip().splitlines()
-    assert first == "1 failed (--retry does them again):" and "d.mp4 is not a video" in bad
-    assert second == "1 failed (--retry alone does not help):"
+    assert first == "1 failed; --retry tries again:" and "d.mp4 is not a video" in bad
+    assert second == "1 failed, and would fail again with --retry:"
     assert "out/b.mp4 has changed since" in changed and "add -y to write it again" in changed
-    assert run_here(*words, "-y").stderr.count(" failed (--retry ") == 1
+    assert run_here(*words, "-y").stderr.count("--retry") == 1
 
 
 def test_pictures_that_are_not_painted_are_named(mixed):

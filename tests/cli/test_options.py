@@ -72,6 +72,7 @@ def test_no_two_options_are_defined_with_the_same_text():
     [
         (None, None),
         ("12.5", Fraction(25, 2)),
+        (".5", Fraction(1, 2)),
         ("1:02.5", Fraction(125, 2)),
         ("1:00:01", 3601),
         ("12.5s", Fraction(25, 2)),
@@ -89,7 +90,7 @@ def test_times_are_read_exactly(text, seconds):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "x", "-1", "1:60", "1e3", "1:2:3:4", "s", "1h1h", "1s 1m", "1.5h"]
+    "text", ["", "x", "-1", "1:60", "1e3", ".", "1.", "1:2:3:4", "s", "1h1h", "1s 1m", "1.5h"]
 )
 def test_other_times_are_refused(text):
     with pytest.raises(UsageError, match="--end"):

@@ -34,7 +34,7 @@ def test_titles_of_shades_have_no_control_characters():
         (b"a,b\n1,2\n", "shades.csv, line 1: the columns brand, product, shade, hex"),
         (TABLE + b"Acme,Velvet,Wrong,#12345,\n", "shades.csv, line 4: hex must be"),
         (b"brand,product,shade,hex\n", "shades.csv has no rows"),
-        (b"\xff\xfe", "shades.csv: a catalogue cannot be read: not UTF-8"),
+        (b"\xff\xfe", "shades.csv cannot be read as a catalogue: it is not UTF-8"),
     ],
 )
 def test_a_faulty_catalogue_names_file_line_and_fault(data, fault):

@@ -16,7 +16,7 @@ from typing import Any
 from makeup_video.pipeline.errors import LookError, option
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.strict_json import read_json
-from makeup_video.pipeline.look.words import NONE, did_you_mean, plain
+from makeup_video.pipeline.look.words import did_you_mean, is_none, plain
 
 _FOLDER = Path(__file__).parent
 PHOTO_ENDINGS = (  # of all pictures that are read
@@ -64,7 +64,7 @@ def ready_look(name: str) -> ReadyLook:
 
 def is_file(name: str) -> bool:
     """Whether `load_look` reads a file for a name, not a ready look: files come first."""
-    return plain(name) != NONE and (_is_there(name) or _named(name) is None)
+    return not is_none(name) and (_is_there(name) or _named(name) is None)
 
 
 def load_look(name: str) -> Look:
@@ -72,7 +72,7 @@ def load_look(name: str) -> Look:
 
     Raises LookError: for a name that is neither, with the ready looks' names.
     """
-    if plain(name) == NONE:
+    if is_none(name):
         return Look()
     if not is_file(name):
         return ready_look(name).look

@@ -36,7 +36,7 @@ from makeup_video.pipeline.look.kinds.fields import EyeChart, EyeFields
 from makeup_video.pipeline.render.grid import Grid, PointXY, box_of
 from makeup_video.pipeline.render.lay_coats import lay_coats
 from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, SceneLight
-from makeup_video.pipeline.render.softness import WINDOW_PER_SIGMA
+from makeup_video.pipeline.render.softness import FADE_PER_SIGMA
 from makeup_video.pipeline.render.surfaces.both_eyes import ACROSS, OUTWARDS, TOP, BothEyes
 from makeup_video.pipeline.render.surfaces.face_outline import parts_on_face
 from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, SeenFace
@@ -198,7 +198,7 @@ class LidSurface:
         """The width of the edge at a lash line, and how far it reaches over the line since the
         picture is soft, in px: a blurred edge has its middle where a sharp one has it."""
         sharp_px = max(_LASH_FEATHER * self.width_px, _LEAST_FEATHER_PX)
-        feather_px = math.hypot(sharp_px, WINDOW_PER_SIGMA * edge.sigma_px)
+        feather_px = math.hypot(sharp_px, FADE_PER_SIGMA * edge.sigma_px)
         return feather_px, 0.5 * (feather_px - sharp_px)
 
     def _covered(self, feather_px: float, over_px: float) -> np.ndarray | np.float32:

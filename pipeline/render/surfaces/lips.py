@@ -162,7 +162,7 @@ class LipsSurface:
             out *= self.grid.warped(density, origin_xy, out.shape, 0.0)
 
     def _box(self, edge: Edge) -> Box:
-        """Of the patch, where there is weight."""
+        """The part of the patch where lipstick has weight."""
         if edge not in self.boxes:
             least = -(1 + OVER_SEAM) * self._half_edge(edge) - _WIDER * edge.wider
             self.boxes[edge] = box_of(self.odds > least)

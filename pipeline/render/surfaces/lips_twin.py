@@ -188,7 +188,7 @@ def _normals(curves: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _at_least_half(length: np.ndarray) -> np.ndarray:
-    """With its sign."""
+    """Each length with its sign, at least 0.5 away from 0."""
     far: np.ndarray = np.copysign(np.maximum(np.abs(length), np.float32(0.5)), length)
     return far
 

@@ -60,7 +60,7 @@ class Region(Protocol):
 
 
 class ReadRegion(Region, Protocol):
-    """A region of which every frame is read, since its light is followed over time."""
+    """A region that is read in every frame, since its light is followed over time."""
 
     def places(self, face: Face) -> list[GridPlace | None]:
         """Where the grids of its surfaces lie on the frame; None for a surface that is not seen."""

@@ -28,7 +28,10 @@ _SOFT_XY = 2.0, 0.22 * CHART_ROWS
 
 
 def step_of(opening: float) -> int:
-    """Of an eye that is open so far, in widths of the eye: 0 for an open one, STEPS for shut."""
+    """The step of unfolding of an eye: 0 for an open one, STEPS for a shut one.
+
+    opening: in widths of the eye.
+    """
     shut = min(max(1 - opening / _OPENED, 0.0), 1.0)
     return round(STEPS * shut * shut * (3 - 2 * shut))
 
@@ -48,7 +51,7 @@ def unfolded(chart: np.ndarray, step: int) -> np.ndarray:
 
 
 def upper_charts(charts: Charts, steps: list[int]) -> list[np.ndarray]:
-    """Those of coats above eyes at these steps; the last ones that were made are kept."""
+    """The charts of the skin above eyes at these steps; the last ones that were made are kept."""
     upper, made = charts.on_sides[0], charts.unfolded
     assert upper is not None
     found = []

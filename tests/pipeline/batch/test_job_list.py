@@ -37,7 +37,7 @@ def test_names_of_columns_may_stand_in_quotes(tmp_path, first):
             "in,lisp\na,b",
             r"line 1: there is no column 'lisp'; the columns .*: did you mean lips\?$",
         ),
-        ("in,look,look\na,b,c", "line 1: the column look stands there twice"),
+        ("in,look,look\na,b,c", "line 1: the column look appears twice"),
         ("in,look\na", "line 2: 2 cells were expected, as in line 1, got 1"),
         ("in,look\na,b\n,nude", "line 3: the column in is empty"),
         ('in,look\n"a,b', "line 2: no proper CSV"),

@@ -120,7 +120,8 @@ def test_a_journal_has_one_writer(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "line", ["hello", "[]", '{"event": "begun"}', '{"a": 1}', '{"event": "x"}']
+    "line",
+    ["hello", "[]", '{"event": "begun"}', '{"a": 1}', '{"event": "x"}', '{"event": {"a": 1}}'],
 )
 @pytest.mark.parametrize("end", ["", "\n"])
 def test_another_file_is_not_taken_for_a_journal(tmp_path, line, end):

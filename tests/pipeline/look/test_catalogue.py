@@ -74,7 +74,7 @@ def test_each_mistake_is_one_line_with_its_place(tmp_path, data, words):
     ("name", "words"),
     [
         ("none.csv", r"none\.csv does not exist: give a catalogue \(CSV\) on this machine"),
-        (".", "a catalogue cannot be read"),
+        (".", "cannot be read as a catalogue"),
     ],
 )
 def test_a_file_that_cannot_be_read_says_so(tmp_path, name, words):
@@ -175,7 +175,9 @@ def test_only_products_for_the_part_are_offered(tmp_path):
 def test_a_catalogue_that_is_too_large_is_refused(tmp_path, monkeypatch):
     with (tmp_path / "hole.csv").open("wb") as file:
         file.truncate(3_000_000_000)
-    with pytest.raises(CatalogueError, match="cannot be read: it has more than 200 MB"):
+    with pytest.raises(
+        CatalogueError, match="cannot be read as a catalogue: it has more than 200 MB"
+    ):
         read_catalogue(tmp_path / "hole.csv")
     monkeypatch.setattr(catalogue_module, "_MOST_LINES", 2)
     (tmp_path / "shades.csv").write_text(GOOD)
@@ -187,9 +189,7 @@ def test_a_catalogue_that_is_too_large_is_refused(tmp_path, monkeypatch):
 def test_a_column_that_stands_there_twice_is_refused(tmp_path, name):
     path = tmp_path / "shades.csv"
     path.write_text(f"brand,product,shade,hex,{name},{name.upper()} \nA,B,C,#fff,lips,eyes\n")
-    with pytest.raises(
-        CatalogueError, match=f"line 1: the column {name.lower()} stands there twice"
-    ):
+    with pytest.raises(CatalogueError, match=f"line 1: the column {name.lower()} appears twice"):
         read_catalogue(path)
     path.write_text("brand,product,shade,hex,,\nA,B,C,#fff,x,y\n")  # as Excel writes empty columns
     assert len(read_catalogue(path)) == 1

@@ -141,7 +141,7 @@ def test_anything_but_a_small_file_is_refused_at_once(tmp_path, name, words):
     os.mkfifo(tmp_path / "pipe")
     with (tmp_path / "hole.json").open("wb") as file:
         file.truncate(3_000_000_000)
-    with pytest.raises(LookError, match=f"a look file cannot be read: {words}"):
+    with pytest.raises(LookError, match=f"cannot be read as a look file: {words}"):
         Look.load(tmp_path / name)
 
 

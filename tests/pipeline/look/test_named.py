@@ -3,11 +3,12 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from makeup_video.pipeline import CatalogueError, Look, LookError, UsageError, product
+from makeup_video.pipeline import CatalogueError, Layer, Look, LookError, UsageError, product
 from makeup_video.pipeline.files.template import in_name
 from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.named import look_files, looks_of_catalogue, numbered
 
+ROSE = (0x7C, 0x3F, 0x35)
 TABLE = """brand,product,category,shade,hex,finish
 Rosa,Velvet,lipstick,Berry,#7C3F35,matte
 Rosa,Velvet,lip gloss,Plum,602040,glossy
@@ -32,7 +33,7 @@ def test_every_row_is_a_look_on_its_part(table):
         ("Nero-Night", ("eyeliner",)), ("Nero-Dusk", ("eyeshadow",)),
         ("Rosa-Coral", ("lipstick",)),
     ]  # fmt: skip
-    assert looks[0].look == Look(lips=product((0x7C, 0x3F, 0x35), "satin"))
+    assert looks[0].look == Look(lips=product(ROSE, "satin"))
     row = {"brand": "Rosa", "product": "Velvet", "shade": "Berry"}
     assert looks[0].fields == {"look": "Rosa-Berry", **row}
 
@@ -58,16 +59,29 @@ def test_the_finish_of_a_row_counts_unless_one_is_given(table):
     berry, plum = looks_of_catalogue(table, ["brand=rosa", "category=lipstick"]) + (
         looks_of_catalogue(table, ["shade=PLUM"])
     )
-    assert berry.look == Look(lips=product((0x7C, 0x3F, 0x35), "matte"))
+    assert berry.look == Look(lips=product(ROSE, "matte"))
     assert plum.look == Look(lips=product((0x60, 0x20, 0x40), "gloss"))
     table.write_text(TABLE.replace(",glossy", ",").replace("lipstick,Berry,#7C3F35,matte",
                                                            "Matte Lipstick,Berry,#7C3F35,"))  # fmt: skip
     berry, plum = looks_of_catalogue(table, ["product=Velvet"])  # by what the category names
-    assert berry.look == Look(lips=product((0x7C, 0x3F, 0x35), "matte"))
+    assert berry.look == Look(lips=product(ROSE, "matte"))
     assert plum.look == Look(lips=product((0x60, 0x20, 0x40), "gloss"))
     (night,) = looks_of_catalogue(table, ["shade=Night"])
     kind = PARTS["liner"]
     assert night.look.layers[0].product == product((0, 0, 0), kind.first_finish, "liner")
+
+
+@pytest.mark.parametrize(
+    ("category", "part", "finish"),
+    [("Matt lipstick", "lips", "matte"), ("Lipgloss", "lips", "gloss"), ("lip_stain", "lips", "sheer"),
+     ("Glitter Eyeshadow", "eyes", "shimmer"), ("Kohl", "liner", None), ("blush", "blush", None)],
+)  # fmt: skip
+def test_a_category_names_part_and_finish(table, category, part, finish):
+    table.write_text(f"brand,product,shade,hex,category\nA,B,C,#7C3F35,{category}\n")
+    (one,) = looks_of_catalogue(table)
+    (layer,) = one.look.layers
+    kind = PARTS[part]
+    assert layer == Layer(kind.name, product(ROSE, finish or kind.first_finish, part))
 
 
 @pytest.mark.parametrize(
@@ -112,7 +126,8 @@ def test_look_files_of_a_folder_or_a_pattern(tmp_path):
     assert [path.name for path in look_files(str(tmp_path))] == ["a.JSON", "b.json"]
     assert [path.name for path in look_files(f"{tmp_path}/*.json")] == ["b.json"]
     (tmp_path / "empty").mkdir()
-    for place, message in (("empty", "has no look files"), ("no/*.json", "is no folder, and no")):
+    nothing = "is no folder, and no look file"
+    for place, message in (("empty", "has no look"), ("no/*.json", nothing), ("em*", nothing)):
         with pytest.raises(LookError, match=message):
             look_files(str(tmp_path / place))
 

@@ -166,6 +166,7 @@ def test_places_have_their_usual_names():
         "lid", "brow_bone", "outer", "under"]  # fmt: skip
 
 
+BLUSHED = Look([layer_of("blush")])
 TWO = Look([layer_of("eyeshadow"), layer_of("eyeshadow")])
 
 
@@ -177,6 +178,7 @@ TWO = Look([layer_of("eyeshadow"), layer_of("eyeshadow")])
         ({"strength": "0.5"}, "no look given"),
         ({"finish": "gloss"}, "--finish gloss needs a colour: add --color '#B4002E', --ref PHOTO"),
         ({"finish": "gloss", "parts": "lips"}, "--finish gloss needs a colour"),
+        ({"base": BLUSHED, "finish": "satin"}, "--finish satin is for lips and eyes, and the look has neither: add --parts blush"),
         ({"base": Look(), "finish": "shiny"}, "--finish gloss needs a colour"),
         ({"color": "B02", "finish": "glos"}, "--finish must be one of matte, .* got 'glos': did you mean gloss"),
         ({"color": "B02", "finish": "xyz"}, "--finish must be one of matte, .* got 'xyz'$"),

@@ -84,6 +84,16 @@ def test_commas_within_a_colour_do_not_separate_layers():
     assert [layer.product.hex for layer in shadows] == ["#B4002E", "#FF0000"]
 
 
+@pytest.mark.parametrize("text", ["B4002E,000000", "red,001", "000000,B4002E", "000,111,222"])
+def test_colours_that_could_be_shares_are_colours(text):
+    shadows = layers_of("eyes", text)
+    assert [layer.product.hex for layer in shadows] == [
+        "#" + (one if len(one) == 6 else "".join(digit * 2 for digit in one))
+        for one in text.replace("red", "FF0000").split(",")
+    ]
+    assert all(layer.strength == 1 for layer in shadows)
+
+
 @pytest.mark.parametrize(
     ("part", "text", "words"),
     [

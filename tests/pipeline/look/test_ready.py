@@ -69,6 +69,12 @@ def test_a_ready_look_is_found_however_it_is_spelled(name, tmp_path, monkeypatch
     assert load_look(name) == ready_look("cat-eye").look and not is_file(name)
 
 
+@pytest.mark.parametrize("name", ["none", "Bare", "off"])
+def test_a_bare_look_has_several_names(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert load_look(name) == Look() and not is_file(name)
+
+
 def test_a_file_of_the_same_name_comes_first(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Look(strength=0.5).save("cat-eye")

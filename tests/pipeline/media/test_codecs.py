@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from makeup_video.pipeline import UsageError
-from makeup_video.pipeline.media.codecs import CODECS, codecs_with, pick_codec
+from makeup_video.pipeline.media.codecs import CODECS, codecs_with, encoder_options, pick_codec
 from typer.testing import CliRunner
 
 PIPELINE = Path(__file__).parents[3] / "pipeline"
@@ -51,6 +51,20 @@ def test_a_row_is_complete(name):
         assert any(layout.startswith("yuva") for layout in codec.pix_fmts)
     for container in codec.containers:
         assert pick_codec(name, container, deep=False, alpha=False) is codec
+
+
+@pytest.mark.parametrize(
+    ("name", "preset", "known"),
+    [("h264", " Very-Fast", "veryfast"), ("av1", "8", "8"), ("av1", "-1", None), ("av1", "1.0", None),
+     ("vp9", "-5", None), ("h264", " ", None)],
+)  # fmt: skip
+def test_a_preset_is_never_another_number(name, preset, known):
+    codec = CODECS[name]
+    if known:
+        assert encoder_options(codec, None, preset) == encoder_options(codec, None, known)
+    else:
+        with pytest.raises(UsageError, match="preset must be one of"):
+            encoder_options(codec, None, preset)
 
 
 @pytest.mark.parametrize(

@@ -84,6 +84,8 @@ def test_a_cover_that_the_file_lacks_at_the_end_is_noticed(tmp_path, monkeypatch
             original_mux(self, stream, packet)
 
     monkeypatch.setattr(Muxer, "_mux", mux_without_covers)
-    with pytest.raises(OutputError, match="0 pieces of cover art, 1 were sent"):
+    with pytest.raises(
+        OutputError, match="it holds 0 pieces of cover art, but the number sent is 1"
+    ):
         process_video(src, tmp_path / "out.mp4")
     assert not (tmp_path / "out.mp4").exists()

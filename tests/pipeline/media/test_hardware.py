@@ -119,8 +119,8 @@ def test_an_encoder_that_opens_and_encodes_nothing_is_left(working, monkeypatch)
     ("wanted", "reason"),
     [
         (VIDEO._replace(interlaced=True), "fields of an interlaced video"),
-        (VIDEO._replace(preset="veryfast"), "preset must be one of p1"),
-        (VIDEO._replace(depth=10), "bit_depth must be 8 for h264"),
+        (VIDEO._replace(preset="veryfast"), "(nvenc: it has no preset veryfast)"),
+        (VIDEO._replace(depth=10), "(nvenc: it has no 10 bits)"),
     ],
 )
 def test_auto_leaves_what_cannot_do_the_video(working, wanted, reason):
@@ -190,7 +190,7 @@ def test_machines_without_hardware_list_none(broken):
 
 
 def test_other_names_and_segments_are_refused():
-    with pytest.raises(UsageError, match="hardware must be auto, none, videotoolbox, nvenc"):
+    with pytest.raises(UsageError, match="hardware must be one of auto, none, videotoolbox, nvenc"):
         Settings(hardware="cuda")
     with pytest.raises(UsageError, match="hardware cannot be combined with split_minutes"):
         Settings(hardware="auto", split_minutes=1)

@@ -63,7 +63,7 @@ def test_a_segment_that_lost_packets_is_not_taken_for_whole(tmp_path):
             out.mux(stream.encode(frame))
     times = tuple(PacketTime(n, n, 1) for n in range(4))
     file = SegmentFile(path, "nut", Fraction(1, 30), b"", times)
-    with pytest.raises(OutputError, match="has 3 packets, 4 were written"):
+    with pytest.raises(OutputError, match="has 3 packets, but 4 were written"):
         list(file.packets())
     path.write_bytes(b"not a video")
     with pytest.raises(OutputError, match="cannot be read back"):

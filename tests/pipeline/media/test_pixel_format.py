@@ -77,7 +77,7 @@ def test_rgb_becomes_the_h264_that_players_take(pix_fmt):
         convert = ConvertPixelFormat(CODECS["h264"], depth)
         assert convert(av.VideoFrame(64, 48, pix_fmt)).format.name == "yuv420p"
         assert convert.conversions == [
-            f"pixels {pix_fmt} -> yuv420p (few players take h264 of 4:4:4)"
+            f"pixels {pix_fmt} -> yuv420p (few players can show 4:4:4 in h264)"
         ]
     for codec, depth in (("h264", 10), ("hevc", None), ("ffv1", None)):
         out = ConvertPixelFormat(CODECS[codec], depth)(picture(0, 64, 48, "gbrp"))

@@ -45,7 +45,7 @@ def test_one_packet_too_few_is_missed_in_every_stream(tmp_path, end):
         sent[number].packets += 1
         missing = missing_from(path, container_of(path), sent)
         assert missing == (
-            f"{stream.name} has {stream.packets} packets, {stream.packets + 1} were sent"
+            f"{stream.name} has {stream.packets} packets, but {stream.packets + 1} were sent"
         )
 
 
@@ -54,7 +54,9 @@ def test_a_video_with_too_many_packets_is_noticed(tmp_path, end):
     path = clip(tmp_path / f"in{end}")
     sent = sent_to(path)
     sent[0].packets -= 1
-    assert "video #0 has 12 packets, 11 were sent" in missing_from(path, container_of(path), sent)
+    assert "video #0 has 12 packets, but 11 were sent" in missing_from(
+        path, container_of(path), sent
+    )
 
 
 @pytest.mark.parametrize("end", ENDS)
@@ -63,9 +65,9 @@ def test_missing_and_swapped_streams_are_noticed(tmp_path, end):
     sent = sent_to(path)
     more = [*sent, SentStream("subtitle #2", "subtitle", "subrip", packets=1)]
     assert missing_from(path, container_of(path), more) == (
-        "subtitle #2 was sent, its place holds nothing"
+        "subtitle #2 was sent, but its place in the file holds nothing"
     )
-    assert "its place holds" in missing_from(path, container_of(path), sent[::-1])
+    assert "but its place in the file holds" in missing_from(path, container_of(path), sent[::-1])
 
 
 @pytest.mark.parametrize("end", ENDS)
@@ -100,7 +102,7 @@ def test_an_output_that_lost_a_packet_stays_a_part(tmp_path, monkeypatch, end):
             self._sent[stream.index].packets += 1
 
     monkeypatch.setattr(Muxer, "_mux", drop_one_packet)
-    with pytest.raises(OutputError, match="the painted video has 11 packets, 12 were sent"):
+    with pytest.raises(OutputError, match="the painted video has 11 packets, but 12 were sent"):
         process_video(src, dst)
     assert not dst.exists()
     assert (tmp_path / f"out.part{end}").exists()

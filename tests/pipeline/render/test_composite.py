@@ -91,7 +91,7 @@ def test_lids_beyond_the_border_are_not_painted():
     rgb8, points = close_up()
     composite = Composite(Look(eyes=product()))
     away = true_face(points - (0, points[[145, 374], 1].max() + 12))  # the lower lids
-    assert composite(scene_of(frame_of(rgb8), (away,))) and composite.painted_parts == set()
+    assert composite(scene_of(frame_of(rgb8), (away,))) and composite.painted_areas == set()
     assert composite.painted_frames == 0
 
 
@@ -101,7 +101,7 @@ def test_the_parts_of_faces_that_were_painted_are_remembered():
     hidden, seen = true_face(points, mouth_visible=0.1), true_face(points)
     for face, parts in ((hidden, {"eyes"}), (seen, {"eyes", "mouth"}), (hidden, {"eyes", "mouth"})):
         composite(scene_of(frame_of(rgb8), (face,)))
-        assert composite.painted_parts == parts
+        assert composite.painted_areas == parts
 
 
 def test_a_frame_that_is_not_painted_is_not_copied():
