@@ -2,7 +2,7 @@
 
 import contextlib
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 from makeup_video.cli.console import log
 from makeup_video.cli.look_options import faces_meant
 from makeup_video.cli.looks_options import LooksOptions, WantedLook
-from makeup_video.cli.outcome import some_of
+from makeup_video.cli.outcome import join_words, some_of
 from makeup_video.cli.output_names import NewFolders, fields_of, template_for
 from makeup_video.cli.output_options import OutputOptions
 from makeup_video.pipeline import Look, MakeupVideoError, UsageError
@@ -24,11 +24,11 @@ from makeup_video.pipeline.batch.sources import (
     inputs_of,
     left_out_of,
 )
+from makeup_video.pipeline.files.endings import PHOTOS, PICTURES, VIDEOS
 from makeup_video.pipeline.files.output_file import check_apart
 from makeup_video.pipeline.files.template import Origin, Template
 from makeup_video.pipeline.images.picture_file import WRITERS
 from makeup_video.pipeline.look.kinds import PARTS
-from makeup_video.pipeline.look.ready import PHOTO_ENDINGS
 from makeup_video.pipeline.media.codecs import CONTAINERS
 
 _JOURNAL, _PAGE = "makeup-video.jsonl", "index.html"
@@ -57,8 +57,7 @@ class BatchJobs:
         by their names."""
         sources = {look.output: job.source for job in self.jobs for look in job.looks}
         return any(
-            one.lower().endswith(PHOTO_ENDINGS) != sources[one].lower().endswith(PHOTO_ENDINGS)
-            for one in outputs
+            one.lower().endswith(PHOTOS) != sources[one].lower().endswith(PHOTOS) for one in outputs
         )
 
 
@@ -110,15 +109,42 @@ def open_batch(
         sources = inputs_of(inputs, opened.outputs) if inputs else []
         if not quiet:
             _log_left_out(inputs, sources)
-        wanted = [_Wanted(one, output or "", look, how) for one in sources] + rows
-        if not opened.outputs:  # of a batch that was resumed an input may be lost by now
-            check_some_exist([one.source for one in wanted], wanted[0].where)
+        of_kinds = _for_each_kind(sources, how, quiet)
+        wanted = [_Wanted(one, output or "", look, of_kinds(one)) for one in sources] + rows
+        sources = [one.source for one in wanted]
+        # When a batch goes on, a file may be lost by now; what has no name of a video or a picture
+        # is rather a folder whose name is mistyped.
+        if not opened.outputs or not any(map(_is_media, sources)):
+            check_some_exist(sources, wanted[0].where)
         jobs = _jobs(wanted, overwrite, quiet)
         folders.make([look.output for job in jobs for look in job.looks])
     except BaseException:
         opened.close()
         raise
     return BatchJobs(jobs, opened, folder / _PAGE)
+
+
+def _for_each_kind(
+    sources: Sequence[str], how: OutputOptions, quiet: bool
+) -> Callable[[str], OutputOptions]:
+    """How a file is painted: pictures beside videos without the options that videos alone have."""
+    pictures = sum(map(_is_picture, sources))
+    given = how.of_videos()
+    if not given or pictures in (0, len(sources)):
+        return lambda source: how
+    if not quiet:
+        are = "1 picture is" if pictures == 1 else f"{pictures} pictures are"
+        log(f"{are} painted without {join_words(given)}: for videos only")
+    for_pictures = how.for_pictures()
+    return lambda source: for_pictures if _is_picture(source) else how
+
+
+def _is_picture(source: str) -> bool:
+    return source.lower().endswith(PICTURES)
+
+
+def _is_media(source: str) -> bool:
+    return source.lower().endswith((*PICTURES, *VIDEOS))
 
 
 def _log_left_out(given: Sequence[str], sources: Sequence[str]) -> None:

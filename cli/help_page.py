@@ -9,7 +9,7 @@ from makeup_video.cli.console import print_result
 from makeup_video.cli.options import DEFAULT, GROUPS, PROGRAM, RUN
 from makeup_video.cli.outcome import join_words
 from makeup_video.cli.plain_values import take_plain_values
-from makeup_video.cli.usage import check_colours, check_one_look
+from makeup_video.cli.usage import check_colours, check_given_once
 from typer.core import TyperCommand, TyperGroup
 
 _NARROWEST, _WIDEST = 40, 100  # columns of a page; in a narrower terminal the lines break
@@ -38,7 +38,7 @@ class Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse as Typer does; every usage error then knows its command."""
         check_colours(ctx, self.get_params(ctx), args)
-        check_one_look(ctx, self.get_params(ctx), args)
+        check_given_once(ctx, self.get_params(ctx), args)
         take_plain_values(self.get_params(ctx))
         try:
             return super().parse_args(ctx, args)

@@ -55,13 +55,13 @@ def fields_of(path: Path) -> dict[str, str]:
 def _written_as(path: Path) -> str:
     """The extension of the output for an input: its own, or jpg or mp4 for kinds that are read, and
     never written. Only the file tells an animated PNG, which is a video, from a picture."""
+    from makeup_video.pipeline.files.endings import PHOTOS
     from makeup_video.pipeline.images.picture_file import WRITERS
-    from makeup_video.pipeline.look.ready import PHOTO_ENDINGS
     from makeup_video.pipeline.media.codecs import CONTAINERS
 
     end = path.suffix.lower()
     if end and end not in (*WRITERS, *CONTAINERS):
-        return "jpg" if end in PHOTO_ENDINGS else "mp4"
+        return "jpg" if end in PHOTOS else "mp4"
     return "mp4" if end == ".png" and not _is_still(path) else end.removeprefix(".")
 
 

@@ -29,17 +29,19 @@ def check_colours(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
             ctx.fail(f"{word} has no colour: quote one that begins with #, as in {word} '#B4002E'")
 
 
-def check_one_look(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
-    """Raise a usage error where a command that takes one look is given several of an option: the
-    last one would count, and nobody would notice."""
+def check_given_once(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
+    """Raise a usage error where an option that takes one value is given several: the last one would
+    count, and nobody would notice."""
     if ctx.resilient_parsing:  # of a shell that completes a line
         return
-    single = {name for param in params if not param.multiple for name in param.opts}
     args = args[: args.index("--")] if "--" in args else args
-    for name in {"--look", "--ref"} & single:
-        given = [word for word in args if word.partition("=")[0] == name]
-        if len(given) > 1:
-            ctx.fail(f"{name} is given {len(given)} times, and this command takes one look")
+    for param in params:
+        if param.param_type_name == "argument" or param.multiple or param.is_flag:
+            continue
+        given = sum(word.partition("=")[0] in param.opts for word in args)
+        if given > 1:
+            takes = "one look" if {"--look", "--ref"} & {*param.opts} else "one value"
+            ctx.fail(f"{_named(param)} is given {given} times, and this command takes {takes}")
 
 
 def _takes_colour(param: Any) -> bool:
@@ -71,11 +73,11 @@ def _message(error: Any) -> str:
         needs = "requires" in typers
         return f"{error.option_name} {'needs a value' if needs else 'takes no value'}"
     if extra := re.fullmatch(r"Got unexpected extra argument\S* \((.*)\)", typers):
-        from makeup_video.pipeline.look.ready import PHOTO_ENDINGS
+        from makeup_video.pipeline.files.endings import PHOTOS
 
         words = extra[1].split()
         options = _options(error.ctx.command.params) if getattr(error, "ctx", None) else []
-        if len(words) == 1 and words[0].lower().endswith(PHOTO_ENDINGS) and "--ref" in options:
+        if len(words) == 1 and words[0].lower().endswith(PHOTOS) and "--ref" in options:
             return f"too many arguments: {extra[1]}; the photo of a look is --ref {extra[1]}"
         if all(word.lower().endswith(".json") for word in words) and "--looks" in options:
             return f"too many arguments: {extra[1]}; quote a pattern, as in --looks 'looks/*.json'"

@@ -30,7 +30,8 @@ from makeup_video.pipeline.media.probe import declared_frames, plays
 
 # of an output whose job could not say what was dropped, changed or damaged
 _UNKNOWN = (
-    "what was lost or changed is not known, since its job was cut short: add {} to paint it anew"
+    "what was lost or changed is not known, since its job was cut short: remove the file and run "
+    "the batch again to paint it anew"
 )
 _ENDS_WITHIN_SECONDS, _AGAIN_SECONDS = 10.0, 0.2
 
@@ -154,7 +155,7 @@ def adopt(job: Job, at: int) -> Done | None:
     frames = 1 if is_picture(Path(output)) else declared_frames(Path(output))
     before, after = thumbnails(job.source, output, float(job.settings.start_seconds or 0))
     # a strict run would have refused any loss
-    unknown = () if job.settings.strict else (_UNKNOWN.format(option("overwrite", True)),)
+    unknown = () if job.settings.strict else (_UNKNOWN,)
     return Done(output, now[1], frames, 0.0, unknown, False, before, after)
 
 

@@ -6,17 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from makeup_video.pipeline.errors import InputError, UsageError
+from makeup_video.pipeline.files.endings import PHOTOS, PICTURES, VIDEOS
 from makeup_video.pipeline.files.local_file import local_file
-from makeup_video.pipeline.look.ready import PHOTO_ENDINGS
 
-# What a folder's files are taken for; other files of a folder are left alone.
-_VIDEOS = (
-    ".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".mpg", ".mpeg", ".ts", ".mts", ".m2ts",
-    ".flv", ".asf", ".wmv", ".3gp", ".ogv", ".mxf", ".gif",
-)  # fmt: skip
-_PICTURES = (".jpg", ".jpeg", ".png", ".webp", ".heic", ".heif")
 # Pictures that are read only as the photo of a look.
-_OF_LOOKS = tuple(end for end in PHOTO_ENDINGS if end not in _PICTURES)
+_OF_LOOKS = tuple(end for end in PHOTOS if end not in PICTURES)
 NOT_PAINTED = "AVIF, BMP and TIFF pictures"
 
 
@@ -80,7 +74,7 @@ def _what(given: str) -> str:
 
 def _files_of(given: str) -> list[str]:
     if os.path.isdir(given):
-        return _in_folder(given, (*_VIDEOS, *_PICTURES))
+        return _in_folder(given, (*VIDEOS, *PICTURES))
     if not given:
         local_file(given)  # raises: the line of all commands for an empty name
     if os.path.lexists(given) or not glob.has_magic(given):

@@ -60,7 +60,7 @@ def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
         if found or tiny:
             break
     # Numbers go by size, so they do not depend on scores, nor on how the picture is stored.
-    ordered = enumerate(_in_order(found))
+    ordered = enumerate(in_order(found))
     return tuple(to_face(landmarks, picture, index) for index, landmarks in ordered), len(tiny)
 
 
@@ -102,7 +102,7 @@ def largest_first(faces: list[Face]) -> tuple[Face, ...]:
     return tuple(faces)
 
 
-def _in_order(faces: list[FaceLandmarks]) -> list[FaceLandmarks]:
+def in_order(faces: list[FaceLandmarks]) -> list[FaceLandmarks]:
     """Faces sorted by size, equally large ones from left to right and from top to bottom.
 
     Which of two such faces measures larger would change with the least detail of the picture.

@@ -18,6 +18,7 @@ from makeup_video.pipeline.faces.find import (
     MAX_FACES,
     TILTS_DEGREES,
     fine_sides,
+    in_order,
     largest_first,
     new_faces,
 )
@@ -129,6 +130,10 @@ class FindFaces:
         self._motion = MeasureMotion()
 
     def __call__(self, frame: Frame) -> FrameFaces:
+        """The faces of the next frame. Raises TypeError for anything but a Frame."""
+        if not isinstance(frame, Frame):
+            got = type(frame).__name__
+            raise TypeError(f"frame must be a Frame, got {got}: a Painter finds faces in arrays")
         picture = FramePicture(frame, self.pixel_aspect)
         seconds = frame.seconds
         self._frames += 1
@@ -280,11 +285,12 @@ class FindFaces:
             if len(poses) + len(started) >= MAX_FACES:
                 break
         self.tiny_faces += len(tiny)
-        self._start(started, seconds)
+        self._start(in_order(started), seconds)
         return tiny
 
     def _start(self, faces: list[FaceLandmarks], seconds: float) -> None:
-        """Follow faces on the tracks of those that were lost a moment ago, or on new tracks.
+        """Follow faces on the tracks of those that were lost a moment ago, or on new tracks, in the
+        order given.
 
         The tracks are chosen for all faces of a detection at once. One by one, a face could take
         the track of its neighbour, and the surest would choose first.

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import IO, Any, ClassVar, Self
 
 from makeup_video.pipeline.errors import OutputError, StoppedError, UsageError
+from makeup_video.pipeline.files.endings import PHOTOS, VIDEOS
 from makeup_video.pipeline.files.local_file import ANY, local_file
 from makeup_video.pipeline.files.output_file import OutputFile, part_of, write_errors
 
@@ -44,6 +45,10 @@ class Sidecar:
                 "name"
             )
         source, self.path = local_file(src, wanted), Path(path)
+        if self.path.suffix.lower() in (*PHOTOS, *VIDEOS):
+            raise UsageError(
+                f"{self.what} {path} has the name of a picture or a video: end it in .json"
+            )
         with write_errors(self.path):
             if self.path.is_dir() or os.fspath(path).endswith(os.sep):
                 raise OutputError(f"{self.what} {path} is a folder: give the name of a file in it")

@@ -71,6 +71,11 @@ class Frame:
     _planes: tuple[np.ndarray, ...] | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.picture, av.VideoFrame):
+            got = type(self.picture).__name__
+            raise TypeError(
+                f"picture must be an av.VideoFrame, got {got}: av.VideoFrame.from_ndarray makes one"
+            )
         self.width_px, self.height_px = self.picture.width, self.picture.height
         self.pix_fmt = self.picture.format.name
         if not self.tags.range and is_full_range(0, self.pix_fmt):

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from makeup_video.pipeline.errors import CatalogueError, LookError, UsageError, option
+from makeup_video.pipeline.files.endings import PHOTOS
 from makeup_video.pipeline.files.template import in_name
 from makeup_video.pipeline.look.catalogue import Row, rows_of
 from makeup_video.pipeline.look.finishes import FINISHES, product
 from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.look import Layer, Look
-from makeup_video.pipeline.look.ready import PHOTO_ENDINGS
 from makeup_video.pipeline.look.words import did_you_mean, finish_names, finish_of
 
 _LOOK_FILES = ".json"
@@ -75,7 +75,7 @@ def look_files(place: str) -> list[Path]:
 
 def is_photo(path: Path) -> bool:
     """Whether a file is a photo by the end of its name."""
-    return path.suffix.lower() in PHOTO_ENDINGS
+    return path.suffix.lower() in PHOTOS
 
 
 def _is_look(path: Path) -> bool:

@@ -9,7 +9,7 @@ from typing import NoReturn, SupportsFloat
 
 import numpy as np
 from makeup_video.pipeline.engine.machine import one_opencv_thread
-from makeup_video.pipeline.faces.face import FrameFaces
+from makeup_video.pipeline.faces.face import Face, FrameFaces
 from makeup_video.pipeline.faces.tracker import FindFaces
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.rgb_frame import RgbFrame
@@ -33,6 +33,8 @@ class Painter:
     the number of a face, in the order in which faces come up, as `inspect_video` draws it.
     device: the OpenCL device that paints, by its number or a part of its name; "": the processor.
     painted_frames: how many frames had a face that was painted, in all videos.
+    found: the faces of the last frame, largest first, each with its number, `track_id`; none after
+    a frame that was left bare, which is not searched.
 
     Faces are followed from frame to frame and smoothed without delay, as `makeup-video live` does.
     A time that is not later than the last, or another size, begins a new video.
@@ -42,8 +44,8 @@ class Painter:
 
     # without slots `painter.faces = ...` would pass, and change nothing
     __slots__ = (
-        "__weakref__", "_alone", "_composite", "_device", "_find", "_last_seconds", "_scene",
-        "_size_wh", "_smooth",
+        "__weakref__", "_alone", "_composite", "_device", "_find", "_found", "_last_seconds",
+        "_scene", "_size_wh", "_smooth",
     )  # fmt: skip
 
     def __init__(self, look: Look, *, faces: str | int = "all", device: str | int = "") -> None:
@@ -58,6 +60,7 @@ class Painter:
 
     def _begin(self) -> None:
         """Forget every face."""
+        self._found: tuple[Face, ...] = ()
         self._find, self._smooth = FindFaces(), SmoothLive()
         self._scene = BuildScene(self._device)
         self._composite.forget()
@@ -74,6 +77,10 @@ class Painter:
     @property
     def painted_frames(self) -> int:
         return self._composite.painted_frames
+
+    @property
+    def found(self) -> tuple[Face, ...]:
+        return self._found
 
     def __call__(self, rgb8: np.ndarray, seconds: SupportsFloat) -> np.ndarray:
         """The frame with the look painted on its faces; other pixels keep their values.
@@ -99,10 +106,13 @@ class Painter:
             self._begin()
         self._last_seconds, self._size_wh = seconds, size_wh
         if self.look.is_bare:
+            self._found = ()
             return np.array(rgb8, order="C")
         with one_opencv_thread():
             opened = RgbFrame(rgb8, seconds)
-            self._composite(self._scene(self._smooth(self._find(opened.frame))))
+            smoothed = self._smooth(self._find(opened.frame))
+            self._composite(self._scene(smoothed))
+            self._found = smoothed.faces
             return opened.painted()
 
 

@@ -2,6 +2,7 @@
 
 import shutil
 
+import av
 import pytest
 from command_line import run
 from media import make_clip
@@ -23,10 +24,37 @@ def mixed(tmp_path, monkeypatch):
     return tmp_path
 
 
+def frames_in(path):
+    with av.open(str(path)) as box:
+        return sum(1 for _ in box.decode(video=0))
+
+
 def test_one_template_names_pictures_and_videos(mixed):
     done = run_here("batch", "in", *WORDS, "out/{name}.{ext}")
     assert done.exit_code == 0, done.stderr
     assert sorted(path.name for path in (mixed / "out").glob("?.*")) == ["a.mp4", "b.mp4", "c.png"]
+
+
+def test_pictures_beside_videos_take_no_options_of_videos(mixed):
+    words = (*WORDS, "o/{name}.{ext}", "--end", "0.2", "--crf", "30")
+    done = run_here("batch", "in", *words)
+    assert done.exit_code == 0, done.stderr
+    assert "1 picture is painted without --end and --crf: for videos only" in done.stderr
+    assert frames_in(mixed / "o" / "b.mp4") < frames_in(mixed / "in" / "b.mp4")
+    again = run_here("batch", "in", *WORDS, "o/{name}.{ext}", "--end", "0.2", "--crf", "31", "-y")
+    assert "1 of 3 outputs are in the journal already" in again.stderr  # the picture
+    alone = run_here("batch", "in/c.png", *WORDS, "p/{name}.{ext}", "--end", "0.2")
+    assert alone.exit_code == 5
+    assert "is a picture: leave out --end (for videos only)" in alone.stderr
+
+
+def test_a_mistyped_folder_is_named_in_a_batch_that_goes_on(mixed):
+    words = (*WORDS, "o/{name}.{ext}")
+    assert run_here("batch", "in", *words).exit_code == 0
+    page = (mixed / "o" / "index.html").read_bytes()
+    again = run_here("batch", "inn", *words)
+    assert again.exit_code == 2 and "inn does not exist: give files, a folder" in again.stderr
+    assert (mixed / "o" / "index.html").read_bytes() == page
 
 
 def test_a_picture_named_as_a_video_is_told_of_the_field(mixed):

@@ -46,6 +46,8 @@ def test_a_look_is_printed_and_written_as_a_look_file(folder, one):
         (["caty-eye"], 2, "LookError: there is no ready look 'caty-eye': did you mean cat-eye? Ready"),
         (["glam", "-o", "old.json"], 2, "old.json exists already: add -y"),
         (["glam", "-o", ""], 2, "the name of the look file is empty"),
+        (["glam", "-o", "glam.PNG"], 2, "the look file glam.PNG has the name of a picture or a video: end it in .json"),
+        (["glam", "-o", "glam.mp4"], 2, "end it in .json"),
         (["glam", "-o", "no/mine.json"], 4, "the folder no does not exist"),
         (["-o", "mine.json"], 2, "UsageError: -o writes one look: add its NAME, or leave -o out"),
         (["glam", "berry"], 2, ""),

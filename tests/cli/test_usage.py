@@ -74,6 +74,8 @@ def folder(tmp_path, monkeypatch):
         (["a", "--looks", "b.json", "c.json", "-o", "d"], "c.json; quote a pattern, as in --looks 'looks/*.json'.", "makeup-video --help"),
         (["estimate", "a.jpg", "b.jpg"], "too many arguments: b.jpg.", "makeup-video estimate --help"),
         (["live", "--look", "a", "--look=b"], "--look is given 2 times, and this command takes one look.", "makeup-video live --help"),
+        (["a", "--look", "b", "--faces", "0", "--look", "c", "--faces=1", "-o", "d"], "--faces is given 2 times, and this command takes one value.", "makeup-video --help"),
+        (["a", "--look", "b", "-o", "c.mp4", "--output", "d.mp4"], "-o/--output is given 2 times", "makeup-video --help"),
         (["demo", "--ref", "a.jpg", "--ref", "b.jpg"], "--ref is given 2 times", "makeup-video demo --help"),
         (["a", "b.jpg", "-o", "c"], "too many arguments: b.jpg; the photo of a look is --ref b.jpg.", "makeup-video --help"),
         (["in.mp4", "-o", "o.mp4", "--end", "0:90"], "--end: what follows a colon must be below 60, as in 1:30, got '0:90'", "makeup-video --help"),

@@ -14,14 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from makeup_video.pipeline.errors import LookError, option
+from makeup_video.pipeline.files.endings import PHOTOS
 from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.look.strict_json import read_json
 from makeup_video.pipeline.look.words import did_you_mean, is_none, plain
 
 _FOLDER = Path(__file__).parent
-PHOTO_ENDINGS = (  # of all pictures that are read
-    ".jpg", ".jpeg", ".png", ".webp", ".heic", ".heif", ".avif", ".tif", ".tiff", ".bmp",
-)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +74,7 @@ def load_look(name: str) -> Look:
         return Look()
     if not is_file(name):
         return ready_look(name).look
-    if name.lower().endswith(PHOTO_ENDINGS) and os.path.exists(name):
+    if name.lower().endswith(PHOTOS) and os.path.exists(name):
         raise LookError(f"{name} is a photo and no look file: use {option('ref', name)}")
     if _is_there(name) and os.path.isdir(name):
         raise LookError(

@@ -1,6 +1,7 @@
 """Faces are found, told apart, tracked, lost and found again in a video."""
 
 from fractions import Fraction
+from itertools import permutations
 
 import cv2
 import numpy as np
@@ -76,6 +77,23 @@ def test_two_faces_that_move_keep_their_numbers():
     for number in (0, 1):
         towards = 1 if first[number] < 320 else -1
         assert last[number] - first[number] == pytest.approx(towards * 87, abs=6)
+
+
+@pytest.mark.parametrize("sizes_px", [*permutations((70, 90, 110)), (90, 110, 90), (80, 80, 80)])
+def test_faces_that_appear_together_are_numbered_by_size(sizes_px):
+    """By size and from left to right, whatever their scores, which change once they are painted."""
+    scene = grey()
+    for index, size_px in enumerate(sizes_px):
+        scene = put(scene, face_of(size_px), 20 + 210 * index, 60)
+    by_number = sorted(run([scene])[0].faces, key=lambda face: face.track_id)
+    wanted = sorted(range(3), key=lambda index: -sizes_px[index])
+    assert [round((middle(face)[0] - 85) / 210) for face in by_number] == wanted
+
+
+def test_only_frames_are_searched():
+    for wrong in (grey(), None):
+        with pytest.raises(TypeError, match=f"frame must be a Frame, got {type(wrong).__name__}"):
+            FindFaces()(wrong)
 
 
 @pytest.mark.parametrize("rate", [12, 30, 60])

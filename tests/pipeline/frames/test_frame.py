@@ -36,6 +36,11 @@ def test_planes_have_the_shape_and_depth_of_their_layout(pix_fmt, chroma, bit_de
     assert max(int(plane.max()) for plane in frame.planes) < 2**bit_depth
 
 
+def test_a_frame_has_a_picture_of_ffmpeg():
+    with pytest.raises(TypeError, match=r"must be an av\.VideoFrame, got ndarray: .*from_ndarray"):
+        Frame(np.zeros((18, 34, 3), np.uint8), 0, TICK, ColourTags())
+
+
 @pytest.mark.parametrize("size_wh", [(1, 1), (3, 5), (33, 17)])
 def test_odd_sizes_keep_their_last_chroma_sample(size_wh):
     width, height = size_wh

@@ -65,6 +65,22 @@ def test_frames_look_as_pictures_that_are_painted_alone():
     assert painter.painted_frames == 8
 
 
+def test_a_painter_shows_the_faces_of_its_last_frame():
+    painter = Painter(BLUE)
+    assert painter.found == ()
+    for number, rgb8 in enumerate(clip(3)):
+        painter(rgb8, number / 30)
+        (face,) = painter.found
+        off = face.points_px[:, :2] - clip_points()[number]
+        assert face.track_id == 0 and np.abs(off).mean() < 3
+    painter(np.zeros_like(rgb8), 1.0)
+    assert painter.found == ()
+    painter(clip(1)[0], 1.1)
+    painter.look = Look()
+    painter(clip(1)[0], 1.2)
+    assert painter.found == ()
+
+
 def test_a_frame_may_be_used_again_by_its_owner():
     shared = np.empty_like(clip(1)[0])
 
