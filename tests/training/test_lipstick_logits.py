@@ -63,3 +63,25 @@ def test_likelier_teeth_bring_less_lipstick(pixels, more):
     mouth, opening, teeth = torch.tensor(pixels).T.reshape(3, 2, 2)
     likelier = lipstick(mouth, opening, teeth + more)
     assert (likelier <= lipstick(mouth, opening, teeth) + 1e-4).all()
+
+
+def test_px_of_cells_are_means_of_three_columns():
+    """Of values that alternate from column to column nothing is left: they would paint a comb."""
+    torch.manual_seed(1)
+    paint, features = model.PaintCells(5, 12, 1), torch.randn(2, 5, 4, 6)
+    alone = torch.nn.functional.conv2d(features, paint.weight, paint.bias)
+    rows = torch.nn.functional.pixel_shuffle(alone, 2)
+    wanted = (rows[..., :-2] + 2 * rows[..., 1:-1] + rows[..., 2:]) / 4
+    found = torch.nn.functional.pixel_shuffle(paint(features), 2)[..., 1:-1]
+    assert torch.allclose(found, wanted, atol=1e-5)
+
+
+def test_weights_of_px_come_back_from_those_that_are_shipped():
+    torch.manual_seed(1)
+    paint = model.PaintCells(5, 12, 1)
+    used = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(torch.nn.functional, "conv2d", lambda x, w, *rest, **more: used.append(w))
+        paint(torch.zeros(1, 5, 2, 2))
+    assert used[0].shape == (12, 5, 1, 3)
+    assert torch.allclose(model.weight_of_px(used[0]), paint.weight, atol=1e-6)

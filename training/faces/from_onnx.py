@@ -19,7 +19,7 @@ from makeup_video.training.faces.checkpoint import Checkpoint
 from makeup_video.training.faces.crops import SPECS
 from makeup_video.training.faces.export import examples
 from makeup_video.training.faces.export_int8 import SPAN
-from makeup_video.training.faces.model import Conv, build, normalise
+from makeup_video.training.faces.model import Conv, PaintCells, build, normalise, weight_of_px
 from makeup_video.training.faces.train_detector import Detector
 from makeup_video.training.inputs import existing, made_by
 from onnx import numpy_helper
@@ -78,7 +78,7 @@ def folded_weights(path: Path) -> list[Layer]:
     found = [layer for layer in layers(path) if layer.weight.ndim == 4]
     if found[0].weight.shape[1] == 3 * SPAN:
         found[0] = unpacked(found[0])
-    return [layer for layer in found if layer.weight.shape[-1] == 3]
+    return [layer for layer in found if layer.weight.shape[2:] == (3, 3)]
 
 
 def other_weights(path: Path, net: nn.Module) -> dict[str, Tensor]:
@@ -89,13 +89,15 @@ def other_weights(path: Path, net: nn.Module) -> dict[str, Tensor]:
     for tensor in graph.initializer:
         name = plain(tensor.name)
         name = "points.mean" if name in means else name.removeprefix("net.")
-        if name in state:
-            values = torch.from_numpy(numpy_helper.to_array(tensor).astype(np.float32))
+        values = torch.from_numpy(numpy_helper.to_array(tensor).astype(np.float32))
+        if name in state and values.numel() == state[name].numel():
             found[name] = values.view(state[name].shape)
     for node, weight, bias in layers(path):
         name = ".".join(node.split("/")[2:-1])
         if f"{name}.weight" in state:
             rows, inputs = state[f"{name}.weight"].shape[:2]  # integers have further ones, all 0
+            if isinstance(net.get_submodule(name), PaintCells):
+                weight = weight_of_px(weight)
             found |= {f"{name}.weight": weight[:rows, :inputs], f"{name}.bias": bias[:rows]}
     return found
 

@@ -101,6 +101,34 @@ class PointNet(nn.Module):
         return self.points(x), self.score(x.flatten(1)).float()
 
 
+class PaintCells(nn.Conv2d):
+    """A convolution to values of px in cells of 2 x 2 px, each averaged with those beside it in the
+    row, (1 2 1) / 4.
+
+    The columns of a cell have weights of their own. Where the net is unsure their values differ,
+    and lips would be painted with a comb: every second column would be bare.
+    """
+
+    def forward(self, features: Tensor) -> Tensor:
+        """(N, C, H/2, W/2) -> (N, 4 V, H/2, W/2): V values for the four px of each cell."""
+        shares = torch.zeros(3, self.out_channels, self.out_channels)  # of the cells side by side
+        for px in range(self.out_channels):
+            beside = px ^ 1  # the other column of the cell
+            shares[1, px, px], shares[1, px, beside] = 0.5, 0.25
+            shares[2 * (px % 2), px, beside] = 0.25
+        weight = torch.einsum("kpo,oc->pck", shares, self.weight[:, :, 0, 0])[:, :, None]
+        bias = shares.sum(0) @ self.bias
+        return nn.functional.conv2d(features, weight, bias, padding=(0, 1))
+
+
+def weight_of_px(weight: Tensor) -> Tensor:
+    """The weight of PaintCells that it computes with as (4 V, C, 1, 3), as a parameter again."""
+    px = torch.arange(len(weight))
+    of_px = torch.empty_like(weight[..., :1])
+    of_px[px ^ 1, :, 0, 0] = 4 * weight[px, :, 0, 2 * (px % 2)]
+    return of_px
+
+
 class LipNet(PointNet):
     """A PointNet with a third output: log-odds of lipstick (N, H, W).
 
@@ -123,7 +151,7 @@ class LipNet(PointNet):
             nn.Sequential(Conv(first, first), Residual(first, 1)),
         ])  # fmt: skip
         # Twelve values per cell of 2 x 2 px: three for each px.
-        self.paint = nn.Sequential(nn.Conv2d(first, 12, 1), nn.PixelShuffle(2))
+        self.paint = nn.Sequential(PaintCells(first, 12, 1), nn.PixelShuffle(2))
 
     def forward(self, crop: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         levels, x = [], crop
