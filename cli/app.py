@@ -98,4 +98,4 @@ def group(
 ) -> None:
     """Paint the makeup of a look on every frame of a video. Everything else stays as it was as far
     as the output's format can hold it: audio, timing, rotation, colour tags, subtitles, chapters.
-    What it cannot hold is named in a line."""
+    What the format cannot hold is reported in a line."""

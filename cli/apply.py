@@ -97,7 +97,7 @@ def apply(
 ) -> None:
     """Paint a look on the faces of a video or a picture. Everything else stays as it was as far as
     the output's format can hold it: audio, timing, rotation, colour tags, subtitles, chapters.
-    What it cannot hold is named in a line."""
+    What the format cannot hold is reported in a line."""
     # the pipeline takes a third of a second to import: not for --help
     from makeup_video.cli.main import mark_output_whole
     from makeup_video.cli.many import print_outcomes

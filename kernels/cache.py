@@ -143,11 +143,12 @@ def _try(folder: Path) -> str | None:
         return f"{folder} is not an absolute path"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        state = os.statvfs(folder)
-        if state.f_flag & getattr(os, "ST_NOEXEC", 0):
-            return f"{folder} must not hold programs (noexec)"
-        if state.f_files and state.f_favail < _ROOM_FILES:
-            return f"{folder} has no room for more files"
+        if hasattr(os, "statvfs"):  # not on Windows
+            state = os.statvfs(folder)
+            if state.f_flag & getattr(os, "ST_NOEXEC", 0):
+                return f"{folder} must not hold programs (noexec)"
+            if state.f_files and state.f_favail < _ROOM_FILES:
+                return f"{folder} has no room for more files"
         _allocate(folder)
     except OSError as error:
         return f"{folder}: {error.strerror or error}"
@@ -159,7 +160,7 @@ def _allocate(folder: Path) -> None:
     with tempfile.TemporaryFile(dir=folder) as file:
         if hasattr(os, "posix_fallocate"):
             os.posix_fallocate(file.fileno(), 0, ROOM_BYTES)
-        else:  # macOS
+        else:  # macOS, Windows
             file.write(bytes(ROOM_BYTES))
             file.flush()
             os.fsync(file.fileno())

@@ -3,8 +3,9 @@
  *
  * A work-item makes one eye. It computes eight places of a row at once.
  * - given: what all places of an eye share.
- * - first_upper, second_upper, lower_chart: charts (SHARES_ROWS, LID_WIDE, SHARES_COATS) of densities in
- *   parts of 1 / SHARES_ONE, above each eye and below both. Columns are those of the grid.
+ * - first_upper, second_upper, lower_chart: charts (SHARES_LAST_ROW + 1, LID_WIDE, SHARES_COATS) of
+ *   densities in parts of 1 / SHARES_ONE, above each eye and below both. Columns are those of the
+ *   grid.
  * - lids: (3, 2, LID_HIGH, LID_WIDE), of both eyes: the height above the lash line, and how many px
  *   a place lies above the upper and below the lower lash line.
  * - out: to be filled. */

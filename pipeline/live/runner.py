@@ -1,6 +1,6 @@
 """The threads of a live run: one for the camera, one for the work, one for each sink.
 
-No thread waits for another: between any two threads the newest picture wins, so none gets old.
+No thread waits for another: between two threads a full channel drops its oldest picture.
 """
 
 import threading

@@ -24,6 +24,14 @@ def test_a_video_where_the_face_leaves_is_refused(tmp_path):
     assert run.frames == report.frames_out == 30
 
 
+def test_nobody_need_be_seen_in_an_excerpt(tmp_path):
+    source = write_video(tmp_path / "comes.mkv", [*[grey()] * 10, *clip(20)])
+    look = ("--look", "cat-eye")
+    assert runs.run_command(source, tmp_path / "o.mp4", look, words=("--end", "0.2"))["frames_out"]
+    with pytest.raises(InputError, match="of 30 frames"):
+        runs.run_command(source, tmp_path / "out.mp4", look)
+
+
 def test_the_bare_loop_encodes_every_frame(tmp_path):
     source = write_video(tmp_path / "a.mkv", clip(10))
     run = runs.run_bare(source, tmp_path / "out.mp4", (1, 2))

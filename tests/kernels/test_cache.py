@@ -104,6 +104,13 @@ def test_a_disk_that_pocl_would_fail_on_is_not_used(monkeypatch, tmp_path, state
     assert [settle()] == own_folders(tmp_path)
 
 
+def test_a_system_that_tells_no_room_has_its_usual_folder(monkeypatch, tmp_path):
+    """Windows has neither of these functions."""
+    for name in ("statvfs", "posix_fallocate"):
+        monkeypatch.delattr(os, name, raising=False)
+    assert settle() == tmp_path / "xdg/pocl/kcache" and why_not_kept() is None
+
+
 def test_no_room_anywhere_is_one_line_that_names_all_places(monkeypatch, tmp_path):
     monkeypatch.setattr(cache, "_allocate", full)
     with pytest.raises(NoRoomError, match="No space left on device") as caught:

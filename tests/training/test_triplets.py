@@ -91,12 +91,14 @@ def test_a_look_of_numbers_keeps_them():
     assert np.allclose(triplets.numbers_of(look, "eyes"), RED / 2) and look.zone == "outer"
 
 
-def test_a_look_is_read_from_a_photo_that_has_a_face():
+def test_a_look_is_read_from_a_photo_that_has_a_face(tmp_path):
     nets = {"lips": knowing(RED)}
     look = read_look.paper_look(portrait(), nets)
     read = triplets.numbers_of(look, "lips")
     assert np.allclose(read, RED, atol=1e-3) and look.eyes is None
     assert read_look.paper_look(np.full((300, 300, 3), 90, np.uint8), nets) is None
+    with pytest.raises(ValueError, match="nets must hold one of lips or eyes, got none"):
+        read_look.paper_look(portrait(), read_look.nets_of(tmp_path))
 
 
 def test_a_net_in_a_folder_is_found_by_its_region(tmp_path):

@@ -127,7 +127,10 @@ def paper_look(rgb8: np.ndarray, nets: Mapping[str, Net], zone: str = "lid") -> 
     """The look of a photo's largest face as the paper reads it: by these nets alone.
 
     rgb8: (H, W, 3) uint8, sRGB. nets: see nets_of. zone: of the eyeshadow, which no net reads. None
-    when there is no face. The product's own reading is pipeline/reference/estimate.py.
+    when there is no face. The product's own reading is pipeline/reference/estimate.py. Raises
+    ValueError without any net, since such a look would be bare.
     """
+    if not nets:
+        raise ValueError("nets must hold one of lips or eyes, got none: give a folder with nets")
     seen = see(rgb8)
     return None if seen is None else look_seen(seen, nets, zone)
