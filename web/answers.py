@@ -66,4 +66,4 @@ def look_in(data: bytes) -> Look:
     try:
         return Look.from_dict(read_json(data.decode()))
     except UnicodeDecodeError as error:
-        raise LookError("a look must be a JSON object, got bytes that are no text") from error
+        raise LookError("a look must be a JSON object, got bytes that are not text") from error

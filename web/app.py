@@ -179,10 +179,11 @@ class Endpoints:
 
     async def choose_camera(self, request: Request) -> Response:
         """Use another camera or size: for the user of this machine alone."""
-        session = self._room_of_owner(request).session
+        room = self._room_of_owner(request)
         name, size = (request.query_params.get(key, "") for key in ("name", "size"))
-        await self._slow_jobs.run_on_device(lambda: session.choose_camera(name, size))
-        choices = await self._slow_jobs.run_on_device(session.cameras)
+        await self._slow_jobs.run_on_device(lambda: room.session.choose_camera(name, size))
+        room.announce_camera()
+        choices = await self._slow_jobs.run_on_device(room.session.cameras)
         return JSONResponse({"is_owner": True, **choices})
 
     async def picture(self, request: Request) -> Response:
@@ -229,7 +230,7 @@ class Endpoints:
         name = request.query_params.get("session", "")
         room = self._rooms.find(name)
         if room is None and self._rooms.show.find(name) is not None:
-            raise HTTPException(503, "the page is not connected now: try again in some seconds")
+            raise HTTPException(503, "the page is not connected now: try again in a few seconds")
         if room is None:
             raise HTTPException(404, "the session of this page has ended: reload the page")
         return room

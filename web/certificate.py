@@ -38,14 +38,14 @@ def load_context(certificate: str | os.PathLike[str], key: str | None = None) ->
     """
     for name in (certificate, key):
         if name is not None and not Path(name).is_file():
-            raise InputError(f"{name} is no file: give a certificate and its key as PEM files")
+            raise InputError(f"{name} is not a file: give a certificate and its key as PEM files")
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     try:
         context.load_cert_chain(certificate, key, password=_no_password)
     except (ssl.SSLError, ValueError) as error:
         raise InputError(
-            f"{certificate} and {key or 'the key in it'} are no certificate and its key: give PEM "
-            f"files that belong together, the key without a password"
+            f"{certificate} and {key or 'the key in it'} are not a certificate and its key: give "
+            f"PEM files that belong together, the key without a password"
         ) from error
     except OSError as error:
         files = certificate if key is None else f"{certificate} or {key}"  # ssl does not say which

@@ -151,6 +151,8 @@ class LiveSession:
             raise UsageError("this run has no other camera")
         offered = self._cameras.choices()
         wanted = size or offered["size"]  # "": the page leaves the size as it was asked for
+        if size and not name:  # the page leaves the camera as it is
+            name = offered["name"]
         for chosen, several, now in ((name, "names", "name"), (wanted, "sizes", "size")):
             if chosen not in (*offered[several], offered[now]):
                 raise UsageError(f"{chosen} is not offered: choose one of the list of {several}")
@@ -171,7 +173,10 @@ class LiveSession:
         return self._sink.newest is not None
 
     def whole_picture(self, both: bool) -> np.ndarray:
-        """Raises InputError when the camera sends none."""
+        """The newest picture, which pages show, however old; both: the next one.
+
+        Raises InputError when the camera sends none.
+        """
         picture = self._sink.newest
         if picture is None or both:
             picture = self._picture_with_both()
@@ -195,11 +200,12 @@ class LiveSession:
     def _picture_with_both(self) -> LivePicture:
         """The next picture, with that of the camera. Raises InputError when none comes."""
         until = time.monotonic() + _BARE_SECONDS
+        last = self._sink.newest  # of a camera that is gone it may be an hour old
         self._need_both(True)
         try:
             while time.monotonic() < until:
                 newest = self._sink.newest
-                if newest is not None and newest.before is not None:
+                if newest is not None and newest is not last and newest.before is not None:
                     return newest
                 time.sleep(0.01)
         finally:

@@ -15,6 +15,9 @@ server -> page
                                photo: the photo that the look has just been read from, or null
                                seen: the newest n that had arrived from this page, or null; a page
                                that has sent a newer look since keeps its own
+    seen     {seen}            instead of a look message to the page whose look is painted: a look
+                               that is not confirmed so, or by a look message, may be lost
+    camera   {}                another camera or size is used: see /camera
     figures  {fps, ..., viewers, screen_ms}
     error    {text}
     bye      {}                the server stops
@@ -179,6 +182,11 @@ def look_message(look: Look, photo: PhotoLook | None, seen: int | None) -> str:
     return json.dumps({"type": "look", "look": look.to_dict(), "photo": source, "seen": seen})
 
 
+def seen_message(seen: int | None) -> str:
+    """Confirm to a page that its look has arrived."""
+    return json.dumps({"type": "seen", "seen": seen})
+
+
 def _photo(photo: PhotoLook) -> dict[str, Any]:
     return {"name": photo.name, "look": photo.look.to_dict(), "words": photo.words}
 
@@ -193,11 +201,12 @@ def error_message(text: str) -> str:
     return json.dumps({"type": "error", "text": text})
 
 
+CAMERA = json.dumps({"type": "camera"})
 BYE = json.dumps({"type": "bye"})
 
 
 def _refuse(name: str) -> None:
-    raise LookError(f"a look has no {name}")
+    raise LookError(f"a look must not contain {name}")
 
 
 def _counted(values: Mapping[str, Any]) -> int | None:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from makeup_video.pipeline.errors import LookError, MakeupVideoError
 from makeup_video.pipeline.look.look import Look
 from makeup_video.web.messages import (
+    CAMERA,
     CompareRequest,
     LookRequest,
     PictureShown,
@@ -14,6 +15,7 @@ from makeup_video.web.messages import (
     figures_message,
     look_message,
     read_message,
+    seen_message,
 )
 from makeup_video.web.session import PhotoLook, Session, ShownPicture, Wanted
 from makeup_video.web.viewer import VIDEO_IN_FLIGHT, Viewer
@@ -100,6 +102,11 @@ class Room:
         self.session.photo = photo
         self._paint(look, photo)
 
+    def announce_camera(self) -> None:
+        """Let all pages show that another camera or size is used."""
+        for viewer in self.viewers:
+            viewer.queue("camera", CAMERA)
+
     def _paint_requests(self) -> None:
         """Read and paint the looks that wait, in the order in which they came."""
         if self._paint_timer is None:
@@ -122,9 +129,13 @@ class Room:
     def _paint(self, look: Look, photo: PhotoLook | None, by: Viewer | None = None) -> None:
         """Paint a look from now on, and send it to all pages but `by`, which has it."""
         self.session.set_look(look)
+        # a kind of its own: a later look must not hide from a page that a photo was read
+        kind = "look" if photo is None else "photo"
         for viewer in self.viewers:
-            if viewer is not by:
-                viewer.queue("look", look_message(look, photo, viewer.seen))
+            if viewer is by:
+                viewer.queue("seen", seen_message(viewer.seen))
+            else:
+                viewer.queue(kind, look_message(look, photo, viewer.seen))
 
     def _push(self, picture: ShownPicture) -> None:
         """Take a picture, on any thread. The newest wins, and the loop is woken once for it.

@@ -191,8 +191,8 @@ class Session(Protocol):
     def whole_picture(self, both: bool) -> np.ndarray:
         """Return the newest picture, full size and upright: (H, W, 3) uint8 RGB.
 
-        both: the picture without makeup on the left, with it on the right.
-        Raises InputError when no picture comes.
+        both: the picture without makeup on the left, with it on the right; before a camera, the
+        next picture. Raises InputError when no picture comes.
         """
         ...
 

@@ -28,7 +28,7 @@ class Viewer:
     def __init__(self, first: str) -> None:
         self.comparing = self.is_video = False
         self.seen: int | None = None  # the newest of its own looks, as it counts them
-        # by kind: only the newest look and the newest figures matter
+        # by kind, of which only the newest text matters, in the order in which they came
         self._texts: dict[str, str] = {"hello": first}
         self._errors: deque[str] = deque(maxlen=4)
         self._picture: ShownPicture | None = None
@@ -40,6 +40,7 @@ class Viewer:
         self._has_news = asyncio.Event()
         self._has_news.set()
         self._is_ending = False
+        self._sent_text = False  # the last message was a text
 
     @property
     def screen_ms(self) -> float | None:
@@ -88,7 +89,8 @@ class Viewer:
         self._has_news.set()
 
     def queue(self, kind: str, text: str) -> None:
-        """Send a text soon, in the place of one of its kind that waits."""
+        """Send a text soon, after those that wait. An older one of its kind is dropped."""
+        self._texts.pop(kind, None)
         self._texts[kind] = text
         self._has_news.set()
 
@@ -113,23 +115,38 @@ class Viewer:
 
     async def next(self) -> str | bytes | None:
         """Wait for the next message to be sent; None after `end`."""
-        while True:
-            if self._texts:
-                return self._texts.pop(next(iter(self._texts)))
-            if self._errors:
-                return self._errors.popleft()
-            if self._is_ending:
-                return None
-            if self._picture is not None and len(self._in_flight) < IN_FLIGHT:
-                picture, self._picture = self._picture, None
-                self._in_flight.append(picture.pts_us)
-                return picture.packed(self.comparing)
-            if self._packets:
-                pts_us, message = self._packets.popleft()
-                self._in_flight.append(pts_us)
-                return message
+        while (message := self._take()) is None and not self._is_ending:
             self._has_news.clear()
             await self._has_news.wait()
+        return message
+
+    def _take(self) -> str | bytes | None:
+        """The message whose turn it is; None where none waits.
+
+        Texts and pictures take turns: a text waits all the time while another page drags a slider.
+        """
+        message: str | bytes | None = self._take_picture() if self._sent_text else None
+        message = message or self._take_text() or self._take_picture()
+        self._sent_text = isinstance(message, str)
+        return message
+
+    def _take_text(self) -> str | None:
+        if self._texts:
+            return self._texts.pop(next(iter(self._texts)))
+        return self._errors.popleft() if self._errors else None
+
+    def _take_picture(self) -> bytes | None:
+        if self._is_ending:
+            return None
+        if self._picture is not None and len(self._in_flight) < IN_FLIGHT:
+            picture, self._picture = self._picture, None
+            self._in_flight.append(picture.pts_us)
+            return picture.packed(self.comparing)
+        if self._packets:
+            pts_us, message = self._packets.popleft()
+            self._in_flight.append(pts_us)
+            return message
+        return None
 
 
 class _Chain:

@@ -48,8 +48,8 @@ def test_a_certificate_of_one_s_own_implies_https(folder):
     ("args", "words"),
     [
         (("--key", "in.mkv"), "--key belongs to a certificate"),
-        (("--certificate", "none.pem"), "none.pem is no file"),
-        (("--certificate", "in.mkv"), "in.mkv and the key in it are no certificate"),
+        (("--certificate", "none.pem"), "none.pem is not a file"),
+        (("--certificate", "in.mkv"), "in.mkv and the key in it are not a certificate"),
     ],
 )
 def test_faults_of_the_files_are_one_line(folder, args, words):

@@ -136,7 +136,7 @@ def test_two_files_of_the_user_are_read_and_faults_named(own, tmp_path):
     load_context(tmp_path / "cert.pem", str(tmp_path / "key.pem"))
     with pytest.raises(InputError, match=r"cert\.pem and the key in it.*PEM"):
         load_context(tmp_path / "cert.pem")
-    with pytest.raises(InputError, match=r"nothing\.pem is no file"):
+    with pytest.raises(InputError, match=r"nothing\.pem is not a file"):
         load_context(tmp_path / "cert.pem", str(tmp_path / "nothing.pem"))
 
 

@@ -1,6 +1,7 @@
 """A live run as pages receive it: in right colours, upright, and only while pages watch."""
 
 import threading
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -67,6 +68,24 @@ def picture(pts=5, rotation_degrees=0, before=False, **options):
     return LivePicture(frame, planes)
 
 
+@contextmanager
+def filming(sink, shown):
+    """A camera that sends this picture again and again."""
+    ended = threading.Event()
+
+    def film():
+        while not ended.wait(0.01):
+            sink(LivePicture(shown.frame, shown.before))
+
+    thread = threading.Thread(target=film)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+
+
 def rgb8_of(data):
     return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)[..., ::-1].astype(int)
 
@@ -128,10 +147,10 @@ def test_pages_that_begin_to_compare_now_keep_the_planes():
     begins = []
     run, sink = Run(), Sink(Counted(90))
     session = LiveShow(run, sink).enter("")
-    sink(picture(before=True))
     threads = [threading.Thread(target=session.compare, args=(True,))]
     begins += threads
-    session.whole_picture(both=True)
+    with filming(sink, picture(before=True)):
+        session.whole_picture(both=True)
     threads[0].join(20)
     assert run.compare
 
@@ -182,8 +201,8 @@ def test_the_looks_are_shown_on_whom_the_camera_sees(parts):
     session = show.enter("")
     ours = session.portrait_thumbnail()
     frame = frame_of(portrait(), 5, time_base=LIVE_TIME_BASE)
-    sink(LivePicture(frame, tuple(plane.copy() for plane in frame.planes)))
-    session.take_portrait(b"", "the camera")
+    with filming(sink, LivePicture(frame, tuple(plane.copy() for plane in frame.planes))):
+        session.take_portrait(b"", "the camera")
     assert session.portrait_thumbnail() != ours and session.thumbnail(RED) != ours
     assert not run.compare  # as before
 
@@ -194,6 +213,18 @@ def test_without_a_picture_the_camera_gives_no_portrait(parts, monkeypatch):
         parts[3].enter("").take_portrait(b"", "")
     with pytest.raises(InputError, match="the camera sends no frames now"):
         parts[3].enter("").whole_picture(True)
+
+
+def test_the_last_picture_of_a_lost_camera_is_not_new(parts, monkeypatch):
+    monkeypatch.setattr(live_session, "_BARE_SECONDS", 0.05)
+    _, _, sink, show = parts
+    sink(picture(before=True))
+    session = show.enter("")
+    with pytest.raises(InputError, match="the camera sends no frames now"):
+        session.take_portrait(b"", "")
+    with pytest.raises(InputError, match="the camera sends no frames now"):
+        session.whole_picture(True)
+    assert session.whole_picture(False).shape == clip(1)[0].shape  # the one that pages show
 
 
 def test_a_page_starts_and_stops_recordings_one_at_a_time():
@@ -284,10 +315,25 @@ def test_pages_choose_what_is_offered_and_no_other_file(name, size):
     assert cameras.chosen == (("video.mp4", "1280x720"), ("video.mp4", ""))
 
 
+def test_a_page_that_changes_the_size_alone_leaves_the_camera():
+    cameras = Cameras()
+    session = LiveShow(Run(), PreviewSink(PreviewJpeg()), None, None, cameras).enter("")
+    session.choose_camera("", "640x480")
+    assert cameras.chosen == (("video.mp4", "640x480"),)
+
+
+def test_all_pages_are_told_that_another_camera_is_used():
+    show = LiveShow(Run(), PreviewSink(PreviewJpeg()), None, None, Cameras())
+    with serving(show) as url, Page(url) as page, Page(url) as other:
+        assert post(url, "/camera?session=live&size=640x480", b"").status_code == 200
+        for one in (page, other):
+            assert "camera" in {one.message("camera", "figures")["type"] for _ in range(4)}
+
+
 def test_both_are_the_camera_s_picture_beside_the_painted_one(parts):
     _, _, sink, show = parts
-    sink(picture(before=True, rotation_degrees=90))
-    rgb8 = show.enter("").whole_picture(True).astype(int)
+    with filming(sink, picture(before=True, rotation_degrees=90)):
+        rgb8 = show.enter("").whole_picture(True).astype(int)
     bare, painted = np.hsplit(rgb8, 2)
     assert np.abs(painted - show.enter("").whole_picture(False)).max() == 0
     assert bare.mean() < 0.6 * painted.mean()  # the test's camera is darker

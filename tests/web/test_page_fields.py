@@ -40,7 +40,7 @@ def test_a_text_that_is_no_colour_leaves_the_colour(page):
     field.fill("")
     field.press_sequentially("10203040")
     field.press("Enter")
-    assert "“10203040” is no colour" in page.page.inner_text("#lips-panel > .error")
+    assert "“10203040” is not a colour" in page.page.inner_text("#lips-panel > .error")
     assert field.input_value() == "#B4002E"
     assert page.look().lips.hex == "#B4002E"
     field.fill("")

@@ -137,10 +137,10 @@ def test_a_layer_as_in_a_photo_can_get_a_plain_shape(page, tmp_path):
     assert controls.locator(":focus").get_attribute("type") == "range"
     assert page.look().of("eyeshadow")[0].shape == {"slot": "outer"}
     assert number(controls, "Outer").is_visible()
-    assert not controls.get_by_text("Lies as in the photo").is_visible()
+    assert not controls.get_by_text("Shaped as in the photo").is_visible()
     page.page.click("#undo")
     assert page.look().of("eyeshadow")[0].shape == shape
-    assert controls.get_by_text("Lies as in the photo").is_visible()
+    assert controls.get_by_text("Shaped as in the photo").is_visible()
 
 
 def test_a_ready_look_replaces_the_look_as_one_step(page):

@@ -89,20 +89,22 @@ def test_nothing_is_sent_before_the_server_has_said_hello(page):
     assert (before, after, sent) == ([False, False], [True, True], ["late"])
 
 
-# Whether an edit counts as unsent before the screen's refresh, and after it.
+# Whether an edit counts as unconfirmed before the screen's refresh, after it, and once it has arrived.
 EDITED = """async ([look]) => {
     const { LookStore } = await import("/static/look.js");
     const store = new LookStore(() => true);
     store.start(look, null);
     store.edit((copy) => (copy.strength = 0.5));
-    const before = store.isUnsent;
+    const states = [store.isUnconfirmed];
     await new Promise(requestAnimationFrame);
-    return [before, store.isUnsent];
+    states.push(store.isUnconfirmed);
+    store.confirm(1);
+    return [...states, store.isUnconfirmed];
 }"""
 
 
-def test_an_edit_is_unsent_until_the_screen_is_refreshed(page):
-    assert page.page.evaluate(EDITED, LOOKS) == [True, False]
+def test_an_edit_is_unconfirmed_until_it_has_arrived(page):
+    assert page.page.evaluate(EDITED, LOOKS) == [True, True, False]
 
 
 # How many values are written as text when looks are compared, for the first time and again.

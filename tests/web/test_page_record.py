@@ -37,7 +37,9 @@ def test_a_recording_is_started_and_stopped_with_its_sound(chromium, visit, tmp_
     (path,) = page.until(lambda: list(tmp_path.glob("makeup-*[0-9].mkv")))
     assert "part" not in path.name
     page.until(lambda: page.page.inner_text("#notice").startswith(f"{path.name} (0:0"))
-    assert "lies in the folder where makeup-video runs" in page.page.inner_text("#notice")
+    assert "was saved in the folder where makeup-video was started" in page.page.inner_text(
+        "#notice"
+    )
     flashes, claps = marks(path)
     assert len(flashes) >= 1
     for flash in flashes[:-1]:  # the recording may end between a flash and its clap
@@ -69,7 +71,7 @@ def test_a_double_click_starts_a_recording_and_leaves_it(live, visit, tmp_path):
     page.page.dblclick("#record-button")
     page.until(lambda: recorded_s(page) >= 1)
     page.page.click("#record-button")
-    page.until(lambda: "lies in the folder" in page.page.inner_text("#notice"))
+    page.until(lambda: "was saved in the folder" in page.page.inner_text("#notice"))
     assert len(list(tmp_path.glob("makeup-*.mkv"))) == 1
 
 
@@ -83,7 +85,7 @@ def test_the_user_s_recording_is_not_taken_for_the_page_s(chromium, camera_clip,
         page.page.click("#record-button")
     page.until(lambda: figures(page).count("REC") == 2)
     page.page.click("#record-button")
-    page.until(lambda: "lies in the folder" in page.page.inner_text("#notice"))
+    page.until(lambda: "was saved in the folder" in page.page.inner_text("#notice"))
     assert figures(page).count("REC") == 1
     page.server_may_stop = True
     assert served.stop() == 0
@@ -101,7 +103,9 @@ NOTHING = """() => import("/static/status.js").then(({ showFigures }) => {
 def test_a_recording_without_a_frame_is_said(demo, visit):
     page = visit(demo)
     page.page.evaluate(NOTHING)
-    assert page.page.inner_text("#notice").startswith("Nothing was recorded")
+    assert page.page.inner_text("#notice").startswith(
+        "Nothing was recorded: the camera sent no frames"
+    )
 
 
 def test_the_looks_are_shown_on_whom_the_camera_sees(live, visit):

@@ -85,7 +85,7 @@ def test_a_wrong_colour_is_said_and_the_old_one_stays(page):
     field.fill("B4002")
     field.press("Enter")
     said = page.page.locator("#lips-panel > .error")
-    assert said.inner_text() == "“B4002” is no colour: give six hex digits, such as B4002E."
+    assert said.inner_text() == "“B4002” is not a colour: give six hex digits, such as B4002E."
     field.press("Tab")
     assert field.input_value() == before
     field.fill("B4002E")

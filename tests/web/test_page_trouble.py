@@ -152,6 +152,8 @@ def test_only_a_size_that_is_chosen_is_asked_for(camera):
         with page.page.expect_request("**/camera?*") as request:
             change.select_option(size or "/dev/video1")
         assert f"&size={size}" in request.value.url and request.value.url.endswith(f"size={size}")
+        # a page that does not know of another page's choice must not switch the camera back
+        assert f"&name={'' if size else '%2Fdev%2Fvideo1'}&" in request.value.url
         page.until(lambda: choice.input_value() == "/dev/video1")
 
 
@@ -160,3 +162,27 @@ def test_a_camera_without_an_answer_leaves_the_former_one(camera):
     choice.select_option("/dev/video1")
     page.until(lambda: page.page.title().startswith("The camera could not be changed"))
     assert choice.input_value() == "/dev/video0"
+
+
+SAVE = "#save-picture", "**/picture.png?*"
+BOTH = "#save-both", "**/picture.png?*"
+ON_ME = "#on-me", "**/portrait?*"
+
+
+@pytest.mark.parametrize("button, address", [SAVE, BOTH, ON_ME])
+def test_impatient_clicks_ask_only_once(page, button, address):
+    asked = []
+    page.page.route(address, lambda route: asked.append(route))
+    page.until(lambda: page.page.is_visible("#ready"))
+    page.page.eval_on_selector(button, "(one) => (one.hidden = false)")
+    for _ in range(3):
+        page.page.click(button)
+        page.page.wait_for_timeout(50)
+    assert len(asked) == 1
+    assert page.page.get_attribute(button, "aria-busy") == "true"
+    asked.pop().fulfill(status=422, json={"error": "not now"})
+    page.until(lambda: page.page.get_attribute(button, "aria-busy") == "false")
+    assert page.page.inner_text("#error") == "not now"
+    page.page.click(button)
+    page.until(lambda: asked)
+    asked.pop().fulfill(status=422, json={"error": "not now"})

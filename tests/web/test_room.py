@@ -37,6 +37,7 @@ class Page:
     def __init__(self, room):
         self.room, self.viewer = room, Viewer("{}")
         self.look, self.count, self.errors = room.session.look.to_dict(), 0, []
+        self.confirmed, self.photos = 0, []
         room.add(self.viewer)
 
     def send_look(self, look):
@@ -51,6 +52,10 @@ class Page:
         while (message := self._next()) is not None:
             if message.get("type") == "look" and self.count <= (message["seen"] or 0):
                 self.look = message["look"]
+            if message.get("type") == "look" and message["photo"]:
+                self.photos.append(message["photo"]["name"])
+            if message.get("type") == "seen":
+                self.confirmed = message["seen"]
             if message.get("type") == "error":
                 self.errors.append(message["text"])
 
@@ -137,6 +142,43 @@ def test_a_photo_wins_over_the_looks_that_came_before_it():
         assert room.session.look == BLUE and room.session.photo.name == "anna.jpg"
 
     in_a_room(photo)
+
+
+def test_a_look_after_a_photo_does_not_hide_the_photo():
+    def photo(room, loop, pages):
+        pages[0].send_look(LOOKS[1].to_dict())  # waits for the slow pages when the photo comes
+        loop.go_on(1)
+        room.change(BLUE, PhotoLook("anna.jpg", BLUE, "lips #1400C8"))
+        pages[0].send_look(LOOKS[2].to_dict())
+        loop.go_on(1)
+        for page in pages:
+            page.listen()
+            assert page.photos == ["anna.jpg"]
+            assert page.look == LOOKS[2].to_dict()
+
+    in_a_room(photo)
+
+
+def test_a_page_is_told_which_of_its_looks_arrived():
+    def told(room, loop, pages):
+        for look in LOOKS[1:3]:
+            pages[0].send_look(look.to_dict())
+            loop.go_on(1)
+            pages[0].listen()
+            assert pages[0].confirmed == pages[0].count
+        pages[1].listen()
+        assert pages[1].confirmed == 0
+
+    in_a_room(told)
+
+
+def test_pages_are_told_that_another_camera_is_used():
+    def told(room, loop, pages):
+        room.announce_camera()
+        pages[0]._next()  # hello
+        assert pages[0]._next() == {"type": "camera"}
+
+    in_a_room(told)
 
 
 def test_the_last_look_of_a_page_that_leaves_is_painted():

@@ -188,6 +188,23 @@ def test_a_single_page_misses_no_packet_however_slow():
     assert session.number <= 3 * 6  # nothing was encoded that the page could not take
 
 
+def test_pictures_and_texts_take_turns():
+    viewer = Viewer("hello")
+    got = []
+    for number in range(6):  # another page drags a slider: a look waits at any time
+        for kind in ("look", "figures"):
+            viewer.queue(kind, f"{kind} {number}")
+        viewer.offer(ShownPicture(number, 0, b"jpeg"))
+        got.append(LOOP.run_until_complete(viewer.next()))
+        viewer.shown(number)
+    assert [isinstance(one, str) for one in got] == [True, False] * 3
+    assert got[0] == "hello"
+    viewer.offer(ShownPicture(6, 0, b"jpeg"))  # of no use to a page that is told to go
+    viewer.end()
+    last = [LOOP.run_until_complete(viewer.next()) for _ in range(3)]
+    assert sorted(last[:2]) == ["figures 5", "look 5"] and last[2] is None
+
+
 def test_a_slow_page_costs_a_fast_one_no_picture():
     session = Live()
     room, _ = room_of(session)

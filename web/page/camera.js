@@ -3,6 +3,8 @@
 import { addressOf, ask, NO_ANSWER } from "./ask.js";
 import { byId, el } from "./elements.js";
 
+const OWN_SIZE = "the file’s own size";
+
 const section = byId("camera");
 
 /**
@@ -33,8 +35,9 @@ function show(choices, session, onError) {
     onError("");
     section.setAttribute("aria-busy", "true");
     const chosen = {
-      name: camera.lastElementChild.value,
-      size: target.name === "size" ? target.value : "", // else that which was asked for last
+      // empty: as it is now, which another page may have chosen since
+      name: target.name === "camera" ? target.value : "",
+      size: target.name === "size" ? target.value : "",
     };
     try {
       const response = await ask(addressOf("/camera", session, chosen), { method: "POST" });
@@ -54,7 +57,7 @@ function show(choices, session, onError) {
 }
 
 function choice(title, values, chosen) {
-  const options = values.map((value) => el("option", { value }, value.split("/").pop() || "its own"));
+  const options = values.map((value) => el("option", { value }, value.split("/").pop() || OWN_SIZE));
   const select = el("select", { name: title.toLowerCase() }, ...options);
   select.value = chosen;
   return el("label", {}, el("small", {}, title), select);

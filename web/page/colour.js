@@ -22,7 +22,7 @@ export function readHex(text) {
 /**
  * label: the name of the controls. onInput({red, green, blue}): called when the visitor chooses a colour.
  * Returns {element, set(params), error}; `set` does not change a field while the visitor types in
- * it. error: the element that says why a text is no colour.
+ * it. error: the element that says why a text is not a colour.
  */
 export function colourField(label, onInput) {
   const well = el("input", { type: "color", "aria-label": label });
@@ -52,7 +52,7 @@ export function colourField(label, onInput) {
     const chosen = rgb ?? (before && readHex(before));
     if (chosen !== null) onInput(chosen);
     error.textContent =
-      rgb === null ? `“${hex.value}” is no colour: give six hex digits, such as B4002E.` : "";
+      rgb === null ? `“${hex.value}” is not a colour: give six hex digits, such as B4002E.` : "";
     if (rgb === null) hex.value = current;
     before = null;
     hex.setCustomValidity("");

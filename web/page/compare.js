@@ -61,7 +61,7 @@ export class Compare {
     const percent = Math.round(100 * this.#split);
     this.#area.style.setProperty("--split", `${100 * this.#split}%`);
     this.#divider.setAttribute("aria-valuenow", percent);
-    this.#divider.setAttribute("aria-valuetext", `${percent} % before`);
+    this.#divider.setAttribute("aria-valuetext", `${percent}% before`);
   }
 
   #moveTo(split) {

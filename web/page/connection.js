@@ -9,7 +9,10 @@ const KEY = 2;
 const KEY_BEFORE = 4;
 const FIRST_PAUSE_MS = 400;
 const LONGEST_PAUSE_MS = 5000;
-const SILENT_S = 5; // before a camera, figures come twice a second
+// Before a camera, figures come twice a second, but wait behind a picture on its way. On a slow
+// network that takes long, so each loss in a row doubles the patience.
+const SILENT_S = 5;
+const LONGEST_SILENT_S = 40;
 const OPENING_S = 10; // until the first message
 // a page that is reloaded finds its portrait and look again
 const SESSION = "session";
@@ -51,6 +54,7 @@ export class Connection {
   #isUp = false;
   #mode = ""; // live or demo
   #silentS = 0; // without a message, while the page ran: a sleeping laptop counts none
+  #patienceS = SILENT_S; // the silence after which the connection counts as lost
   // our last one, which the server may still have
   #session = recall(SESSION, (name) => (isText(name) ? name : ""), SESSION_PLACE);
 
@@ -91,8 +95,11 @@ export class Connection {
   }
 
   #receive(data) {
+    const silentS = this.#silentS;
     this.#silentS = 0;
     if (typeof data !== "string") {
+      // a picture right behind another message: the network is fast enough, or is so again
+      if (silentS === 0) this.#patienceS = SILENT_S;
       this.#on.picture(parsePicture(data));
       return;
     }
@@ -121,7 +128,8 @@ export class Connection {
   #watch() {
     if (this.#socket === null || (this.#isUp && this.#mode !== "live")) return;
     this.#silentS += 1;
-    if (this.#silentS <= (this.#isUp ? SILENT_S : OPENING_S)) return;
+    if (this.#silentS <= (this.#isUp ? this.#patienceS : OPENING_S)) return;
+    if (this.#isUp) this.#patienceS = Math.min(2 * this.#patienceS, LONGEST_SILENT_S);
     // the browser would wait for the other end before it calls onclose
     this.#socket.onmessage = this.#socket.onclose = null;
     this.#socket.close();

@@ -25,6 +25,16 @@ export function fineCanvas(width, height) {
   });
 }
 
+/** Call `work` for each click on a button; clicks while its promise is pending do nothing. */
+export function oneAtATime(button, work) {
+  // not `disabled`, which would take the focus from the button
+  button.onclick = async () => {
+    if (button.getAttribute("aria-busy") === "true") return;
+    button.setAttribute("aria-busy", "true");
+    await work().finally(() => button.setAttribute("aria-busy", "false"));
+  };
+}
+
 let ids = 0;
 export const newId = (stem) => `${stem}-${++ids}`;
 

@@ -1,7 +1,7 @@
 // Saving and opening: the look as a file, the picture as PNG, undo and redo.
 
 import { addressOf, isReadable, NO_ANSWER, unreadable } from "./ask.js";
-import { byId } from "./elements.js";
+import { byId, oneAtATime } from "./elements.js";
 import { lookFile } from "./look.js";
 import { tellInFullScreen } from "./status.js";
 
@@ -71,8 +71,8 @@ export function wireKeep(store, session, send) {
     if (store.look === null) return; // not connected yet
     download(new Blob([lookFile(store.look)], { type: "application/json" }), "json");
   };
-  byId("save-picture").onclick = () => downloadPicture(session());
-  byId("save-both").onclick = () => downloadPicture(session(), { both: "" });
+  oneAtATime(byId("save-picture"), () => downloadPicture(session()));
+  oneAtATime(byId("save-both"), () => downloadPicture(session(), { both: "" }));
   const input = document.querySelector("#open-look input");
   input.addEventListener("change", () => {
     if (input.files.length) openLook(input.files[0], send);

@@ -1,4 +1,10 @@
-// Keys of the whole page. The "?" dialog in index.html lists them.
+// Keys of the whole page. The "?" dialog in index.html lists them, and switches single keys off:
+// people who dictate, or touch keys by accident, would set them off.
+
+import { byId } from "./elements.js";
+import { listenToOtherPages, recall, remember } from "./remember.js";
+
+const SINGLE_KEYS = "single keys";
 
 /** Fields in which the visitor types. */
 export const TYPED =
@@ -17,6 +23,11 @@ export function listenToKeys(actions) {
     "-": () => actions.zoom(false),
     0: actions.unzoom,
   };
+  const single = byId("single-keys");
+  const showKept = () => (single.checked = recall(SINGLE_KEYS, (isOn) => isOn !== false));
+  showKept();
+  listenToOtherPages([SINGLE_KEYS], showKept);
+  single.addEventListener("change", () => remember(SINGLE_KEYS, single.checked));
   document.addEventListener("keydown", (event) => {
     if (event.target.closest?.(TYPED) || document.querySelector("dialog[open]")) return;
     const key = event.key.toLowerCase();
@@ -26,7 +37,7 @@ export function listenToKeys(actions) {
         event.preventDefault();
         action();
       }
-    } else if (!event.altKey && !event.repeat) {
+    } else if (single.checked && !event.altKey && !event.repeat) {
       if (key === "b") actions.held(true);
       plain[key]?.();
     }

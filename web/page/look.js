@@ -58,8 +58,8 @@ export class LookStore extends EventTarget {
   photoLook = null; // the look that was last read from a photo
   #send;
   #sendScheduled = false;
-  isUnsent = false; // the last look waits for the screen's refresh, or for a connection
   #count = 0; // of our own looks on this connection, with the one about to be sent
+  #seen = 0; // how many of these the server has confirmed
   #name = "look";
   #awaited = null; // {file, look}: of a file, sent to the server, which returns the whole look
   #past = []; // {look, name}; name: null where the change after it left the name alone
@@ -67,7 +67,7 @@ export class LookStore extends EventTarget {
   #settled = true;
   #settleTimer = 0;
 
-  /** send(look, n): called at most once per refresh of the screen; returns whether it was sent. */
+  /** send(look, n): called at most once per refresh of the screen. */
   constructor(send) {
     super();
     this.#send = send;
@@ -95,11 +95,21 @@ export class LookStore extends EventTarget {
     return this.photoLook === null || sameLook(this.photoLook, this.look);
   }
 
+  /** Whether the server may lack our last look, which may be lost even after it was sent. */
+  get isUnconfirmed() {
+    return this.#count > this.#seen;
+  }
+
+  /** Note how many of our looks the server has. */
+  confirm(seen) {
+    this.#seen = seen ?? 0;
+  }
+
   /** Take the first look of a connection, and the look that was last read from a photo. */
   start(look, photoLook) {
     this.photoLook = photoLook;
-    this.#count = 0;
-    this.#sendScheduled = this.isUnsent = false;
+    this.#count = this.#seen = 0;
+    this.#sendScheduled = false;
     this.#awaited = null;
     this.#adopt(look, this.#name);
   }
@@ -158,7 +168,11 @@ export class LookStore extends EventTarget {
    */
   receive(look, photo, seen) {
     if (photo) this.photoLook = photo.look;
-    if (this.#count > (seen ?? 0)) return;
+    this.confirm(seen);
+    if (this.isUnconfirmed) {
+      if (photo) this.#show(this.look); // the page can now return to the photo's look
+      return;
+    }
     this.#adopt(look, photo ? nameAfter(photo.name) : this.#nameFor(look));
   }
 
@@ -205,12 +219,12 @@ export class LookStore extends EventTarget {
     this.#awaited = null; // the server receives our look after that of the file
     this.#show(look);
     if (this.#sendScheduled) return;
-    this.#sendScheduled = this.isUnsent = true;
+    this.#sendScheduled = true;
     this.#count += 1;
     requestAnimationFrame(() => {
       if (!this.#sendScheduled) return; // a new connection has started meanwhile
       this.#sendScheduled = false;
-      this.isUnsent = !this.#send(this.look, this.#count);
+      this.#send(this.look, this.#count);
     });
   }
 

@@ -1,7 +1,7 @@
 // Looks as thumbnails on the portrait: those that the visitor keeps, used last, and the ready ones.
 
 import { addressOf, ask, NO_ANSWER } from "./ask.js";
-import { byId, el } from "./elements.js";
+import { byId, el, oneAtATime } from "./elements.js";
 import { isLook, sameLook } from "./look.js";
 import { isObject, isText, listenToOtherPages, listOf, recall, revise } from "./remember.js";
 import { moveByKeys, putButtons, stopAt } from "./row.js";
@@ -43,7 +43,7 @@ export class Looks {
     this.#keep.onclick = () => this.#toggle();
     this.#mine = el("button", { type: "button", id: "on-me", hidden: true }, "On my face");
     this.#mine.title = "Show the looks on whom the camera sees now";
-    this.#mine.onclick = () => this.#showOnMe();
+    oneAtATime(this.#mine, () => this.#showOnMe());
     moveByKeys(this.#row);
     store.addEventListener("change", () => this.#mark());
     listenToOtherPages([KEPT, RECENT], () => {

@@ -62,6 +62,8 @@ const connection = new Connection({
     store.receive(look, photo, seen);
     if (photo) showPhoto(photo);
   },
+  camera: askForCameras,
+  seen: ({ seen }) => store.confirm(seen),
   figures: showFigures,
   error({ text }) {
     const file = store.giveUpFile();
@@ -91,12 +93,12 @@ function welcome(message) {
     return;
   }
   const forgotten = !isFirst && message.mode === "demo" && message.session !== hello.session;
-  const isMine = forgotten || store.isUnsent; // our own look stays
+  const isMine = forgotten || store.isUnconfirmed; // our own look stays
   hello = message;
   document.title = `makeup-video ${hello.mode}`;
   document.body.dataset.mode = hello.mode;
   byId("mirror-button").hidden = hello.mode === "demo"; // only of use before a camera
-  if (hello.mode === "live") showCameras(hello.session, showRecord, showError);
+  if (hello.mode === "live") askForCameras();
   const photoLook = forgotten ? store.photoLook : (hello.photo?.look ?? null);
   store.start(isMine ? store.look : hello.look, photoLook);
   if (isFirst) nameFirst();
@@ -116,6 +118,10 @@ function welcome(message) {
     });
   }
   showVeil(picture.isShown ? null : WAITING);
+}
+
+function askForCameras() {
+  showCameras(hello.session, showRecord, showError);
 }
 
 /** Name the look of a page that is reloaded as it was kept, or after its photo. */

@@ -12,7 +12,10 @@ function decodeJpegs({ painted, before }) {
   return Promise.all([bitmap(painted), before && bitmap(before)]);
 }
 
-/** Draws pictures; acknowledge(pts): called once for every picture. */
+/**
+ * Draws pictures; acknowledge(pts): called once for every picture. The canvas has `data-before`
+ * while its picture has come without makeup, too.
+ */
 export class Picture {
   #canvas;
   #context;
@@ -149,6 +152,7 @@ export class Picture {
     if (before && !this.#held && this.#split !== null) {
       this.#drawTurned(before, rotation, 0, Math.round(this.#split * width));
     }
+    this.#canvas.toggleAttribute("data-before", before !== null);
     this.#canvas.dataset.pts = pts;
   }
 

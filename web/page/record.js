@@ -68,6 +68,7 @@ export function endOfRecording({ sinks = [], notice = "" }) {
   if (!last || ending !== before) return ""; // it may still write its last pictures
   ended.add(last.name);
   if (notice.includes(last.name)) return ""; // it failed, and the notice says why
-  if (!last.pictures) return "Nothing was recorded: the camera sent no frame meanwhile.";
-  return `${last.name} (${time(last.seconds)}) lies in the folder where makeup-video runs.`;
+  if (!last.pictures) return "Nothing was recorded: the camera sent no frames.";
+  const what = `${last.name} (${time(last.seconds)})`;
+  return `${what} was saved in the folder where makeup-video was started.`;
 }

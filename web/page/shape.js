@@ -49,7 +49,7 @@ function map({ name, help }, edit, toNumbers) {
     edit(({ [name]: _, ...others }) => others);
     toNumbers();
   });
-  const element = el("div", { className: "map" }, el("span", {}, "Lies as in the photo."), button);
+  const element = el("div", { className: "map" }, el("span", {}, "Shaped as in the photo."), button);
   const set = (text) => {
     element.hidden = text === "";
   };

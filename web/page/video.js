@@ -39,12 +39,16 @@ export function codecOf(data) {
   throw new Error("a key frame without headers");
 }
 
-/** Decodes packets of one stream, in their order. onFail(error): called once, when it gives up. */
+/**
+ * Decodes packets of one stream, in their order. onFail(error): called once, when it gives up.
+ * A stream that has failed or was closed refuses all packets that are still on their way.
+ */
 export class VideoStream {
   #decoder = null;
   #codec = "";
   #waiting = new Map(); // by pts: {resolve, reject}
   #timer = 0;
+  #isClosed = false;
   #onFail;
 
   constructor(onFail) {
@@ -54,6 +58,7 @@ export class VideoStream {
   /** Decode a packet, {data, isKey}; resolves to its VideoFrame. */
   decode({ data, isKey }, pts) {
     return new Promise((resolve, reject) => {
+      if (this.#isClosed) throw new Error("closed"); // rejects the promise
       this.#waiting.get(pts)?.reject(new Error("sent again"));
       this.#waiting.set(pts, { resolve, reject });
       try {
@@ -68,13 +73,12 @@ export class VideoStream {
   }
 
   close() {
+    this.#isClosed = true;
     clearTimeout(this.#timer);
     this.#timer = 0;
     for (const { reject } of this.#waiting.values()) reject(new Error("closed"));
     this.#waiting.clear();
     if (this.#decoder !== null && this.#decoder.state !== "closed") this.#decoder.close();
-    this.#decoder = null;
-    this.#codec = "";
   }
 
   #configure(codec) {
@@ -100,7 +104,7 @@ export class VideoStream {
   }
 
   #fail(error) {
-    if (this.#decoder === null && this.#waiting.size === 0) return;
+    if (this.#isClosed) return;
     this.close();
     this.#onFail(error);
   }
