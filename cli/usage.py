@@ -12,6 +12,7 @@ from makeup_video.cli.outcome import as_typed, join_words, with_help_pages
 from makeup_video.pipeline.errors import closest
 
 _FEW = 3  # commands that a message names
+_GIVEN_ONCE = {"--look": "one look", "--ref": "one look", "--faces": "one choice of faces"}
 # by the first word of the type of pydantic's error
 _KINDS = {"int": "a whole number", "float": "a number"}
 
@@ -30,18 +31,19 @@ def check_colours(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
 
 
 def check_given_once(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
-    """Raise a usage error where an option that takes one value is given several: the last one would
-    count, and nobody would notice."""
+    """Raise a usage error where a look, or whose face wears it, is given several times to a command
+    that takes one: the last one would count, and another face would be painted.
+
+    Of other options the last one counts, as people expect who add options to those of a script.
+    """
     if ctx.resilient_parsing:  # of a shell that completes a line
         return
     args = args[: args.index("--")] if "--" in args else args
-    for param in params:
-        if param.param_type_name == "argument" or param.multiple or param.is_flag:
-            continue
-        given = sum(word.partition("=")[0] in param.opts for word in args)
-        if given > 1:
-            takes = "one look" if {"--look", "--ref"} & {*param.opts} else "one value"
-            ctx.fail(f"{_named(param)} is given {given} times, and this command takes {takes}")
+    single = {name for param in params if not param.multiple for name in param.opts}
+    for name, takes in _GIVEN_ONCE.items():
+        given = sum(word.partition("=")[0] == name for word in args)
+        if name in single and given > 1:
+            ctx.fail(f"{name} is given {given} times, and this command takes {takes}")
 
 
 def _takes_colour(param: Any) -> bool:
