@@ -45,10 +45,6 @@ class Sidecar:
                 "name"
             )
         source, self.path = local_file(src, wanted), Path(path)
-        if self.path.suffix.lower() in (*PHOTOS, *VIDEOS):
-            raise UsageError(
-                f"{self.what} {path} has the name of a picture or a video: end it in .json"
-            )
         with write_errors(self.path):
             if self.path.is_dir() or os.fspath(path).endswith(os.sep):
                 raise OutputError(f"{self.what} {path} is a folder: give the name of a file in it")
@@ -60,6 +56,10 @@ class Sidecar:
                     f"{self.what} {path} is one of this run's own files, or has the name of a "
                     "part: choose another name"
                 )
+        if self.path.suffix.lower() in (*PHOTOS, *VIDEOS):
+            raise UsageError(
+                f"{self.what} {path} has the name of a picture or a video: end it in .json"
+            )
         self._target = OutputFile(self.path, source, overwrite=overwrite)
         self._file: IO[str] | None = None
 
