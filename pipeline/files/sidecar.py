@@ -20,11 +20,12 @@ class Sidecar:
     src: the run's input.  dst: the main output, None when there is none.
     others: more files of the run, which must not be replaced.
     wanted: what src must be, for messages.
-    what: its name in messages.  begins, ends: written before and after everything else.
+    what: its name in messages.  no_endings: how its name must not end.  begins, ends: written before and after everything else.
     Raises InputError when src is no file, UsageError or OutputError when the place is not free.
     """
 
     what: ClassVar[str]
+    no_endings: ClassVar[tuple[str, ...]] = ()
     begins: ClassVar[str] = ""
     ends: ClassVar[str] = ""
 
@@ -56,7 +57,7 @@ class Sidecar:
                     f"{self.what} {path} is one of this run's own files, or has the name of a "
                     "part: choose another name"
                 )
-        if self.path.suffix.lower() in (*PHOTOS, *VIDEOS):
+        if self.path.suffix.lower() in self.no_endings:
             raise UsageError(
                 f"{self.what} {path} has the name of a picture or a video: end it in .json"
             )
@@ -118,6 +119,7 @@ class LookFile(JsonFile):
     """The JSON of `Look.to_dict`, which `Look.load` reads."""
 
     what = "the look file"
+    no_endings = (*PHOTOS, *VIDEOS)  # `--look` would take it for a photo
 
 
 def _is_same_place(one: Path, other: Path) -> bool:
