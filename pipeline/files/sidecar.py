@@ -20,7 +20,8 @@ class Sidecar:
     src: the run's input.  dst: the main output, None when there is none.
     others: more files of the run, which must not be replaced.
     wanted: what src must be, for messages.
-    what: its name in messages.  no_endings: how its name must not end.  begins, ends: written before and after everything else.
+    what: its name in messages.  no_endings: how its name must not end.
+    begins, ends: written before and after everything else.
     Raises InputError when src is no file, UsageError or OutputError when the place is not free.
     """
 
