@@ -59,7 +59,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path, data, words):
     path = tmp_path / "t.csv"
     if data is not None:
         path.write_bytes(data)
-    text = f"t.csv: a list cannot be read: .*{words}"
+    text = f"t.csv cannot be read as a list: .*{words}"
     with (
         pytest.raises(
             UsageError, match=text if words else r"t.csv does not exist: give a list \(CSV\)"
