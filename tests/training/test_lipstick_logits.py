@@ -68,7 +68,7 @@ def test_likelier_teeth_bring_less_lipstick(pixels, more):
 def test_px_of_cells_are_means_of_three_columns():
     """Of values that alternate from column to column nothing is left: they would paint a comb."""
     torch.manual_seed(1)
-    paint, features = model.PaintCells(5, 12, 1), torch.randn(2, 5, 4, 6)
+    paint, features = model.PaintCells(5, 12), torch.randn(2, 5, 4, 6)
     alone = torch.nn.functional.conv2d(features, paint.weight, paint.bias)
     rows = torch.nn.functional.pixel_shuffle(alone, 2)
     wanted = (rows[..., :-2] + 2 * rows[..., 1:-1] + rows[..., 2:]) / 4
@@ -78,10 +78,26 @@ def test_px_of_cells_are_means_of_three_columns():
 
 def test_weights_of_px_come_back_from_those_that_are_shipped():
     torch.manual_seed(1)
-    paint = model.PaintCells(5, 12, 1)
-    used = []
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(torch.nn.functional, "conv2d", lambda x, w, *rest, **more: used.append(w))
-        paint(torch.zeros(1, 5, 2, 2))
-    assert used[0].shape == (12, 5, 1, 3)
-    assert torch.allclose(model.weight_of_px(used[0]), paint.weight, atol=1e-6)
+    paint, features = model.PaintCells(5, 12), torch.randn(2, 5, 4, 6)
+    conv = paint.as_conv()
+    assert conv.weight.shape == (12, 5, 1, 3)
+    assert torch.allclose(conv(features), paint(features), atol=1e-6)
+    assert torch.allclose(model.weight_of_px(conv.weight), paint.weight, atol=1e-6)
+
+
+def test_an_exported_lip_net_can_be_trained_further(tmp_path):
+    from makeup_video.training.faces import export, from_onnx
+
+    torch.manual_seed(1)
+    sizes = (32, 16), (8, 16, 16, 16), (0, 1, 1, 1), torch.zeros(5, 3), torch.ones(4, 15)
+    net, path = model.LipNet(*sizes).eval(), tmp_path / "lips.onnx"
+    for values in net.parameters():  # the exporter would merge equal ones
+        torch.nn.init.normal_(values, 0, 0.1)
+    weight = net.paint[0].weight.clone()
+    rgb8 = torch.randint(0, 256, (2, 16, 32, 3), dtype=torch.uint8)
+    outputs = export.OUTPUTS["lips"]
+    axes = {key: {0: "n"} for key in ("rgb8", *outputs)}
+    export.to_onnx(export.Exported(export.folded(net), outputs), path, rgb8.numpy(), outputs, axes)
+    again = model.LipNet(*sizes)
+    from_onnx.restore(again, path, model.normalise(rgb8))
+    assert torch.allclose(again.paint[0].weight, weight, atol=1e-3)

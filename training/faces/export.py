@@ -19,7 +19,7 @@ from makeup_video.training.faces.detector_pictures import SCENE, Scenes
 from makeup_video.training.faces.export_int8 import Integers, chosen, to_integers
 from makeup_video.training.faces.fake_quantise import KEPT, rounded, roundings
 from makeup_video.training.faces.infer import Net, from_onnx
-from makeup_video.training.faces.model import build, normalise
+from makeup_video.training.faces.model import LipNet, build, normalise
 from makeup_video.training.faces.train_detector import Detector
 from makeup_video.training.inputs import made_by
 from makeup_video.training.list_hashes import list_hashes
@@ -94,6 +94,13 @@ def load_rounded(path: Path) -> nn.Module:
     return net.eval()
 
 
+def folded(net: nn.Module) -> nn.Module:
+    """The same net, in place, with plain convolutions alone, which from_onnx.py can read."""
+    if isinstance(net, LipNet):
+        net.paint[0] = net.paint[0].as_conv()
+    return net
+
+
 def write(name: str, source: Path, path: Path, crops: np.ndarray) -> None:
     """Write the net of a checkpoint, in integers if there is a quantised net beside it."""
     axes = {key: {0: "n"} for key in ("rgb8", *OUTPUTS[name])}
@@ -106,10 +113,10 @@ def write(name: str, source: Path, path: Path, crops: np.ndarray) -> None:
                 f"{integers} is older than {source}, and would be written in its place: run "
                 f"train_quantised {name} again, or move it away"
             )
-        module = Integers(load_rounded(source), OUTPUTS[name])
+        module = Integers(folded(load_rounded(source)), OUTPUTS[name])
         to_onnx(module, path, crops, OUTPUTS[name], axes, True, KEPT.get(name, ()))
     else:
-        to_onnx(Exported(load(source)[1], OUTPUTS[name]), path, crops, OUTPUTS[name], axes)
+        to_onnx(Exported(folded(load(source)[1]), OUTPUTS[name]), path, crops, OUTPUTS[name], axes)
 
 
 def to_onnx(

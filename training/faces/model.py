@@ -109,20 +109,35 @@ class PaintCells(nn.Conv2d):
     and lips would be painted with a comb: every second column would be bare.
     """
 
-    def forward(self, features: Tensor) -> Tensor:
-        """(N, C, H/2, W/2) -> (N, 4 V, H/2, W/2): V values for the four px of each cell."""
-        shares = torch.zeros(3, self.out_channels, self.out_channels)  # of the cells side by side
-        for px in range(self.out_channels):
+    def __init__(self, inputs: int, outputs: int) -> None:
+        super().__init__(inputs, outputs, 1)
+        shares = torch.zeros(3, outputs, outputs)  # of the cells side by side
+        for px in range(outputs):
             beside = px ^ 1  # the other column of the cell
             shares[1, px, px], shares[1, px, beside] = 0.5, 0.25
             shares[2 * (px % 2), px, beside] = 0.25
-        weight = torch.einsum("kpo,oc->pck", shares, self.weight[:, :, 0, 0])[:, :, None]
-        bias = shares.sum(0) @ self.bias
-        return nn.functional.conv2d(features, weight, bias, padding=(0, 1))
+        self.register_buffer("shares", shares, persistent=False)
+
+    def forward(self, features: Tensor) -> Tensor:
+        """(N, C, H/2, W/2) -> (N, 4 V, H/2, W/2): V values for the four px of each cell."""
+        return nn.functional.conv2d(features, *self._averaged(), padding=(0, 1))
+
+    def _averaged(self) -> tuple[Tensor, Tensor]:
+        """The weight (4 V, C, 1, 3) and the bias that this computes with."""
+        weight = torch.einsum("kpo,oc->pck", self.shares, self.weight[:, :, 0, 0])[:, :, None]
+        return weight, self.shares.sum(0) @ self.bias
+
+    @torch.no_grad()
+    def as_conv(self) -> nn.Conv2d:
+        """A plain convolution that computes the same, to be exported."""
+        conv = nn.Conv2d(self.in_channels, self.out_channels, (1, 3), padding=(0, 1))
+        for values, averaged in zip((conv.weight, conv.bias), self._averaged(), strict=True):
+            values.copy_(averaged)
+        return conv
 
 
 def weight_of_px(weight: Tensor) -> Tensor:
-    """The weight of PaintCells that it computes with as (4 V, C, 1, 3), as a parameter again."""
+    """The parameter of PaintCells for the weight (4 V, C, 1, 3) of its `as_conv`."""
     px = torch.arange(len(weight))
     of_px = torch.empty_like(weight[..., :1])
     of_px[px ^ 1, :, 0, 0] = 4 * weight[px, :, 0, 2 * (px % 2)]
@@ -151,7 +166,7 @@ class LipNet(PointNet):
             nn.Sequential(Conv(first, first), Residual(first, 1)),
         ])  # fmt: skip
         # Twelve values per cell of 2 x 2 px: three for each px.
-        self.paint = nn.Sequential(PaintCells(first, 12, 1), nn.PixelShuffle(2))
+        self.paint = nn.Sequential(PaintCells(first, 12), nn.PixelShuffle(2))
 
     def forward(self, crop: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         levels, x = [], crop
