@@ -2,7 +2,7 @@
 
 import contextlib
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,10 +10,10 @@ from typing import Any
 from makeup_video.cli.console import log
 from makeup_video.cli.look_options import faces_meant
 from makeup_video.cli.looks_options import LooksOptions, WantedLook
-from makeup_video.cli.outcome import join_words, some_of
+from makeup_video.cli.outcome import join_words, option_of_command, some_of
 from makeup_video.cli.output_names import NewFolders, fields_of, template_for
 from makeup_video.cli.output_options import OutputOptions
-from makeup_video.pipeline import Look, MakeupVideoError, UsageError
+from makeup_video.pipeline import Look, MakeupVideoError, Settings, UsageError
 from makeup_video.pipeline.batch.job import Job, JobLook
 from makeup_video.pipeline.batch.job_list import read_jobs
 from makeup_video.pipeline.batch.journal import Journal
@@ -63,13 +63,18 @@ class BatchJobs:
 
 @dataclass(frozen=True, slots=True)
 class _Wanted:
-    """One input, and how it is painted.  where: the row of a list, for messages."""
+    """One input, and how it is painted.
+
+    where: the row of a list, for messages.
+    is_beside_videos: a picture that is painted without what videos alone have.
+    """
 
     source: str
     output: str
     look: LooksOptions
     how: OutputOptions
     where: str = ""
+    is_beside_videos: bool = False
 
 
 def open_batch(
@@ -109,8 +114,14 @@ def open_batch(
         sources = inputs_of(inputs, opened.outputs) if inputs else []
         if not quiet:
             _log_left_out(inputs, sources)
-        of_kinds = _for_each_kind(sources, how, quiet)
-        wanted = [_Wanted(one, output or "", look, of_kinds(one)) for one in sources] + rows
+        pictures = set()
+        if sources:  # rows of a list have times of their own
+            settings = how.settings(look, overwrite=overwrite)
+            pictures = _pictures_beside_videos(sources, settings, quiet)
+        wanted = [
+            _Wanted(one, output or "", look, how, is_beside_videos=one in pictures)
+            for one in sources
+        ] + rows
         sources = [one.source for one in wanted]
         # When a batch goes on, a file may be lost by now; what has no name of a video or a picture
         # is rather a folder whose name is mistyped.
@@ -124,19 +135,16 @@ def open_batch(
     return BatchJobs(jobs, opened, folder / _PAGE)
 
 
-def _for_each_kind(
-    sources: Sequence[str], how: OutputOptions, quiet: bool
-) -> Callable[[str], OutputOptions]:
-    """How a file is painted: pictures beside videos without the options that videos alone have."""
-    pictures = sum(map(_is_picture, sources))
-    given = how.of_videos()
-    if not given or pictures in (0, len(sources)):
-        return lambda source: how
+def _pictures_beside_videos(sources: Sequence[str], settings: Settings, quiet: bool) -> set[str]:
+    """The pictures that are painted without what videos alone have: those beside videos."""
+    pictures = set(filter(_is_picture, sources))
+    given = [option_of_command(name, None) for name in settings.of_videos()]
+    if not given or not pictures or len(pictures) == len(sources):
+        return set()
     if not quiet:
-        are = "1 picture is" if pictures == 1 else f"{pictures} pictures are"
+        are = "1 picture is" if len(pictures) == 1 else f"{len(pictures)} pictures are"
         log(f"{are} painted without {join_words(given)}: for videos only")
-    for_pictures = how.for_pictures()
-    return lambda source: for_pictures if _is_picture(source) else how
+    return pictures
 
 
 def _is_picture(source: str) -> bool:
@@ -240,11 +248,12 @@ def _job(
             f"got {one.output!r}"
         )
     template = template_for(one.output, len(looks))
+    settings = one.how.settings(one.look, overwrite=overwrite)
     return Job(
         one.source,
         tuple(
             JobLook(wanted.fields["look"], look, os.fspath(template.fill(origin)))
             for (wanted, look), origin in zip(looks, origins, strict=True)
         ),
-        one.how.settings(one.look, overwrite=overwrite),
+        settings.for_pictures() if one.is_beside_videos else settings,
     )

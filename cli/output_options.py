@@ -1,7 +1,7 @@
 """The options of `apply` and `batch` that say how outputs are written."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -10,9 +10,6 @@ from makeup_video.cli.options import OUTPUT, End, Start, parse_time
 
 if TYPE_CHECKING:
     from makeup_video.pipeline import Settings
-
-
-_OF_VIDEOS = ("start", "end", "codec", "crf", "preset", "hardware", "bit_depth", "sdr")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,17 +79,6 @@ class OutputOptions:
             rich_help_panel=OUTPUT,
         ),
     ] = False
-
-    def of_videos(self) -> list[str]:
-        """The options that are given and apply to videos only, as typed."""
-        default = OutputOptions()
-        given = [one for one in _OF_VIDEOS if getattr(self, one) != getattr(default, one)]
-        return ["--" + one.replace("_", "-") for one in given]
-
-    def for_pictures(self) -> "OutputOptions":
-        """The same without options that apply to videos only."""
-        default = OutputOptions()
-        return replace(self, **{one: getattr(default, one) for one in _OF_VIDEOS})
 
     def settings(
         self,

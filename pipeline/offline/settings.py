@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from numbers import Integral
 from typing import Self
@@ -173,6 +173,11 @@ class Settings:
     def of_videos(self) -> list[str]:
         """Names of the settings that are given and apply to videos only."""
         return self.given(_OF_VIDEOS)
+
+    def for_pictures(self) -> Self:
+        """The same without what applies to videos only."""
+        default = Settings()
+        return replace(self, **{name: getattr(default, name) for name in _OF_VIDEOS})
 
     def given(self, names: Iterable[str]) -> list[str]:
         """Those of the names whose settings are not the defaults."""

@@ -39,7 +39,7 @@ def test_pictures_beside_videos_take_no_options_of_videos(mixed):
     words = (*WORDS, "o/{name}.{ext}", "--end", "0.2", "--crf", "30")
     done = run_here("batch", "in", *words)
     assert done.exit_code == 0, done.stderr
-    assert "1 picture is painted without --end and --crf: for videos only" in done.stderr
+    assert "1 picture is painted without --crf and --end: for videos only" in done.stderr
     assert frames_in(mixed / "o" / "b.mp4") < frames_in(mixed / "in" / "b.mp4")
     again = run_here("batch", "in", *WORDS, "o/{name}.{ext}", "--end", "0.2", "--crf", "31", "-y")
     assert "1 of 3 outputs are in the journal already" in again.stderr  # the picture
