@@ -207,7 +207,8 @@ def _beginning(results: Results) -> str:
 `python docs/make/make_results.py` measures what follows, down to the last heading of the page. The
 people and the products are unseen by the nets that read lips and eyes. The net that reads what is
 worn, which the rows of the whole product use as well, has seen a quarter of these people bare, and
-all shades.
+all shades. The colours of bare and of worn skin and the net of how lipstick shines and fades, which
+the product uses beside it, were fitted on faces that include all of them.
 
 The renderer paints each look with all of its 17 parameters, including those that no net estimates.
 The photos are saved as JPEG {TEST_QUALITY}. The look is then read from such a photo alone, as the

@@ -6,6 +6,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+torch = pytest.importorskip("torch")
 export = pytest.importorskip("makeup_video.training.faces.export", reason="needs PyTorch")
 from makeup_video.training.faces import evaluate_detector, evaluate_lip_mask
 from makeup_video.training.faces.lip_outlines import Mouth
@@ -19,6 +20,32 @@ def test_integers_of_an_older_net_are_not_exported(tmp_path):
     with pytest.raises(SystemExit, match=r"lips_int8\.pt is older than .*lips\.pt.*train_quant"):
         export.write("lips", source, tmp_path / "lips.onnx", np.zeros((1, 80, 112, 3), np.uint8))
     assert not (tmp_path / "lips.onnx").exists()
+
+
+def test_an_export_that_differs_leaves_the_old_file(tmp_path, monkeypatch):
+    class Mean(torch.nn.Module):
+        def forward(self, rgb8):
+            return rgb8.float().mean((1, 2))
+
+    path = tmp_path / "eye.onnx"
+    path.write_bytes(b"old")
+    monkeypatch.setattr(export, "from_onnx", lambda path: lambda crops: [np.full((4, 3), 9.0)])
+    with pytest.raises(SystemExit, match=r"eye\.onnx: ONNX Runtime and PyTorch disagree in points"):
+        export.to_onnx(Mean(), path, np.zeros((4, 8, 8, 3), np.uint8), ["points"], {})
+    assert path.read_bytes() == b"old" and list(tmp_path.iterdir()) == [path]
+
+
+def test_old_integers_stop_an_export_before_it_writes(tmp_path, monkeypatch):
+    for name in ("mesh.pt", "lips.pt", "lips_int8.pt"):
+        (tmp_path / name).write_bytes(b"weights")
+    os.utime(tmp_path / "lips_int8.pt", (1, 1))
+    (tmp_path / "faces.npz").touch()
+    out = tmp_path / "weights"
+    options = ["--checkpoints", tmp_path, "--data", tmp_path / "faces.npz", "--out", out]
+    monkeypatch.setattr("sys.argv", ["export", *map(str, options)])
+    with pytest.raises(SystemExit, match=r"lips_int8\.pt is older"):
+        export.main()
+    assert not out.exists()
 
 
 def test_only_mouths_that_are_held_out_are_measured_each_once(tmp_path):

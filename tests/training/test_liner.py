@@ -115,7 +115,8 @@ def packed(path, count=100, real=4):
     target = np.float32([target_of(liner(wing=0.4)), target_of(Look())] * (count // 2))
     is_real = np.arange(count) >= count - real
     lids = np.zeros((count, 2, 9, 2), np.float32)
-    np.savez(path, rgb8=np.stack(numbered), target=target, lids=lids, is_real=is_real)
+    face = np.where(is_real, -1, np.arange(count))
+    np.savez(path, rgb8=np.stack(numbered), target=target, lids=lids, is_real=is_real, face=face)
 
 
 def test_a_resumed_run_draws_other_examples(tmp_path, monkeypatch):

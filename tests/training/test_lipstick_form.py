@@ -99,13 +99,17 @@ def test_labels_of_lipsticks_are_words_of_people():
     assert (labels[:, 0] >= 2).sum() > 40 and (labels[:, 1] >= 1).sum() > 100
 
 
-def packed(path, count=100, real=40):
-    """Mouths whose first value is their number; the last ones are real."""
+def packed(path, count=100, real=40, of_each=1):
+    """Mouths whose first value is their number; the last ones are real.
+
+    of_each: how many painted ones show the same face.
+    """
     numbered = [np.full((*MOUTH_WH[::-1], 3), number, np.uint8) for number in range(count)]
     is_real = np.arange(count) >= count - real
     np.savez(
         path, rgb8=np.stack(numbered), target=np.zeros((count, 2), np.float32),
         contours=np.zeros((count, 4, 11, 2), np.float32), is_real=is_real,
+        face=np.where(is_real, -1, np.arange(count) // of_each),
     )  # fmt: skip
 
 
@@ -119,6 +123,15 @@ def test_batches_hold_their_share_and_none_that_are_held_out(tmp_path, real, mon
     mouths = train_lipstick.Mouths(tmp_path / "data.npz")
     share = 1 - mouths.painted_share if real else 0
     assert (numbers_shown(mouths) >= 100 - real).mean() == pytest.approx(share, abs=0.04)
+
+
+def test_all_mouths_of_a_face_are_held_out_together(tmp_path):
+    pytest.importorskip("torch")
+    from makeup_video.training.worn import train_lipstick
+
+    packed(tmp_path / "data.npz", of_each=7)  # 60 painted ones: the last tenth begins within a face
+    held_out = train_lipstick.Mouths(tmp_path / "data.npz").held_out.rgb8[:, 0, 0, 0]
+    assert held_out.tolist() == list(range(49, 60))
 
 
 def test_a_file_without_painted_mouths_is_refused(tmp_path):
@@ -145,7 +158,7 @@ def test_packed_mouths_are_read_again(tmp_path):
     from makeup_video.training.worn import train_lipstick
 
     painted = [mouth_of(portrait(), face(), (number, 0.0)) for number in range(10)]
-    save_crops(tmp_path / "new" / "data.npz", painted, [mouth()])
+    save_crops(tmp_path / "new" / "data.npz", painted, [mouth()], range(10))
     held_out = train_lipstick.Mouths(tmp_path / "new" / "data.npz").held_out
     assert held_out.target.tolist() == [[9.0, 0.0]]
     assert (held_out.rgb8[0] == mouth().rgb8).all()

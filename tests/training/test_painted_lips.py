@@ -7,6 +7,7 @@ from makeup_video.training.faces.evaluate_painted_lips import (
     INTERIOR,
     LIPS,
     is_open,
+    main,
     painted_lips,
     score,
 )
@@ -44,6 +45,15 @@ def test_a_bare_ring_is_missed_and_painted_teeth_are_interior():
     over = score(drawn > 0, drawn, IOD)
     assert over.beside == 1
     assert over.interior == pytest.approx((drawn == INTERIOR).sum() / (drawn == LIPS).sum())
+
+
+def test_a_folder_of_shut_mouths_is_measured(tmp_path, monkeypatch, capsys):
+    cv2.imwrite(str(tmp_path / "a.png"), labels(0))
+    cv2.imwrite(str(tmp_path / "a.jpg"), np.zeros((100, 140, 3), np.uint8))  # nobody is found
+    monkeypatch.setattr("sys.argv", ["evaluate_painted_lips", "--masks", str(tmp_path)])
+    main()
+    first, second = capsys.readouterr().out.splitlines()
+    assert first == "open (0)" and second.startswith("shut (1): iou 0.000")
 
 
 def test_paint_on_skin_is_outside_and_no_face_is_no_paint():

@@ -33,7 +33,7 @@ class Checkpoint:
         """
         if not self.path.exists():
             return
-        saved = torch.load(self.path, weights_only=True)
+        saved = torch.load(self.path, map_location="cpu", weights_only=True)
         self.net.load_state_dict(saved["net"])
         self.average.load_state_dict(saved["average"])
         self.optimizer.load_state_dict(saved["optimizer"])
@@ -47,7 +47,7 @@ class Checkpoint:
 
     def start_from(self, path: Path) -> None:
         """Take over the averaged weights of another run, at step 0 with a new optimizer."""
-        average = torch.load(path, weights_only=True)["average"]
+        average = torch.load(path, map_location="cpu", weights_only=True)["average"]
         self.average.load_state_dict(average)
         self.net.load_state_dict(self.average.module.state_dict())
         self.average.n_averaged.zero_()
@@ -88,5 +88,5 @@ class Checkpoint:
 
 def averaged_weights(path: Path) -> dict[str, Tensor]:
     """The averaged weights of a checkpoint, with the keys of the net itself."""
-    average = torch.load(path, weights_only=True)["average"]
+    average = torch.load(path, map_location="cpu", weights_only=True)["average"]
     return {k.removeprefix("module."): v for k, v in average.items() if k != "n_averaged"}

@@ -99,10 +99,10 @@ class Faces:
                     self.masks[int(face)] = mask, to_px
 
     def _rarity(self) -> np.ndarray:
-        """Sampling weights that even out how light the cheeks are (at most 3 to 1)."""
+        """Sampling weights that even out how light the tip of the nose is (at most 5 to 1)."""
         luma = np.empty(len(self.pictures))
         for i, (levels, pose) in enumerate(zip(self.pictures, self.poses, strict=True)):
-            x, y = pose[:, :2] @ np.array([0.0, 0.45]) + pose[:, 2]  # beside the nose
+            x, y = pose[:, :2] @ np.array([0.0, 0.45]) + pose[:, 2]
             size = len(levels[0]) - 1
             x, y = int(np.clip(x, 0, size)), int(np.clip(y, 0, size))
             luma[i] = levels[0][max(y - 3, 0) : y + 4, max(x - 3, 0) : x + 4].mean()
@@ -110,9 +110,14 @@ class Faces:
         weight = 1 / np.maximum(np.bincount(bins, minlength=8), 1)[bins]
         return np.clip(weight / np.median(weight), 0.6, 3)
 
-    def sampling(self, share: dict[str, float], outlined: float = 1.0) -> np.ndarray:
-        """The probability of every face. outlined: how often those outlined by hand are drawn."""
-        p, weight = np.zeros(len(self.pictures)), np.where(self.outlined, outlined, self.rarity)
+    def sampling(self, share: dict[str, float], outlined: float | None = None) -> np.ndarray:
+        """The probability of every face.
+
+        outlined: how often those outlined by hand are drawn; None for as often as others.
+        """
+        p, weight = np.zeros(len(self.pictures)), self.rarity
+        if outlined is not None:
+            weight = np.where(self.outlined, outlined, weight)
         for name, part in share.items():
             inside = self.folder == name
             p[inside] = part * weight[inside] / weight[inside].sum()
@@ -171,7 +176,7 @@ class Cropper:
     def __init__(self, faces: Faces, spec: CropSpec, seed: int, augment: bool = True) -> None:
         self.faces, self.spec, self.augment = faces, spec, augment
         self.rng = np.random.default_rng(seed)
-        self.p = faces.sampling(spec.share, OUTLINED if spec is SPECS["lips"] else 1.0)
+        self.p = faces.sampling(spec.share, OUTLINED if spec is SPECS["lips"] else None)
         self.occluder = Occluder(faces.pictures, mouth=spec is SPECS["lips"])
         self.openings = Openings(self.rng)
         w, h = spec.size_wh

@@ -206,10 +206,12 @@ class Scenes:
         unit, level = np.linalg.norm(pose[:, 0]), 0
         while level + 1 < len(levels) and unit / 2 ** (level + 1) > wanted:
             level += 1
-        picture, pose = levels[level], pose / 2**level
-        while wanted < np.linalg.norm(pose[:, 0]) / 2:
+        picture = levels[level]
+        while wanted < unit / 2 ** (level + 1):
             picture = cv2.resize(picture, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
-            pose = pose / 2
+            level += 1
+        pose = pose / 2**level
+        pose[:, 2] += (0.5**level - 1) / 2  # a pixel's position is that of its centre
         return picture, pose
 
     def _cut(

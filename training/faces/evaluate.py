@@ -2,7 +2,7 @@
 
     python -m makeup_video.training.faces.evaluate --faces DIR [--weights runs/weights]
 
-DIR/check and DIR/lipmasks_check are for evaluation alone: nothing is trained or chosen on them.
+DIR/check and DIR/lipmasks_check are for evaluation alone: no net is trained on them.
 Every figure starts from the whole picture, with the product's own detector.
 """
 
@@ -180,7 +180,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--faces", type=existing, required=True)
     parser.add_argument(
-        "--weights", type=Path, help="folder of exported nets; default: the shipped ones"
+        "--weights", type=existing, help="folder of exported nets; default: the shipped ones"
     )
     options = parser.parse_args()
     cv2.setNumThreads(1)

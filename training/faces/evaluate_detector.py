@@ -11,7 +11,6 @@ place and a factor of 1.5 of its size; every other detection is false.
 
 import argparse
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -28,7 +27,7 @@ from makeup_video.training.faces.export import from_checkpoint
 from makeup_video.training.faces.infer import from_onnx
 from makeup_video.training.faces.occluders import cover
 from makeup_video.training.faces.train_detector import decode, letterbox
-from makeup_video.training.inputs import made_by
+from makeup_video.training.inputs import existing, made_by
 
 THRESHOLDS = (0.3, 0.35, 0.45)
 TURNED = 0.16  # IOD between the tip of the nose and the centre line of the face
@@ -148,7 +147,7 @@ def score(run: Callable[[np.ndarray], np.ndarray], drawn: list[Drawn]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=made_by("faces.prepare"), default="runs/faces.npz")
-    parser.add_argument("--weights", type=Path, nargs="+", default=[Path("runs/detector.pt")])
+    parser.add_argument("--weights", type=existing, nargs="+", required=True)
     parser.add_argument("--count", type=int, default=500, help="scenes of each kind")
     options = parser.parse_args()
     torch.set_num_threads(1)

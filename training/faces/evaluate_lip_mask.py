@@ -147,7 +147,7 @@ def held_out(mouths: list[Mouth], data: Path) -> list[Mouth]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--weights", type=Path, nargs="*", default=[])
+    parser.add_argument("--weights", type=existing, nargs="*", default=[])
     parser.add_argument("--masks", type=existing, nargs="*", default=[])
     parser.add_argument("--data", type=made_by("faces.prepare"), default="runs/faces.npz")
     options = parser.parse_args()

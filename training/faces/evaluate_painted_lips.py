@@ -99,6 +99,9 @@ def main() -> None:
     scores = [found for folder in folders for found in measure(folder)]
     for name, wanted in (("open", True), ("shut", False)):
         chosen = np.array([painted for opened, painted in scores if opened == wanted])
+        if not len(chosen):
+            print(f"{name} (0)")
+            continue
         means = dict(zip(Painted._fields, np.nanmean(chosen, 0), strict=True))
         print(f"{name} ({len(chosen)}): " + "  ".join(f"{k} {v:.3f}" for k, v in means.items()))
 

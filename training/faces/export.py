@@ -21,7 +21,7 @@ from makeup_video.training.faces.fake_quantise import KEPT, rounded, roundings
 from makeup_video.training.faces.infer import Net, from_onnx
 from makeup_video.training.faces.model import LipNet, build, normalise
 from makeup_video.training.faces.train_detector import Detector
-from makeup_video.training.inputs import made_by
+from makeup_video.training.inputs import existing, made_by
 from makeup_video.training.list_hashes import list_hashes
 from torch import Tensor, nn
 
@@ -52,7 +52,7 @@ class Exported(nn.Module):
 
 def load(path: Path) -> tuple[str, nn.Module]:
     """The name of a checkpoint's net, and the net with averaged weights."""
-    saved = torch.load(path, weights_only=True)
+    saved = torch.load(path, map_location="cpu", weights_only=True)
     name, count = saved["config"]
     if name == "detector":
         net: nn.Module = Detector()
@@ -65,7 +65,7 @@ def load(path: Path) -> tuple[str, nn.Module]:
 def from_checkpoint(path: Path) -> Net:
     """The averaged weights of a checkpoint as a function of uint8 crops."""
     _name, net = load(path)
-    print(f"{path}: step {torch.load(path, weights_only=True)['step']}")
+    print(f"{path}: step {torch.load(path, map_location='cpu', weights_only=True)['step']}")
 
     def run(rgb8: np.ndarray) -> tuple[np.ndarray, ...]:
         with torch.no_grad():
@@ -83,15 +83,27 @@ def examples(name: str, data: Path, count: int) -> np.ndarray:
     return Cropper(faces, SPECS[name], seed=7).batch(count).rgb8
 
 
-def load_rounded(path: Path) -> nn.Module:
+def load_rounded(source: Path, integers: Path) -> nn.Module:
     """The quantised net that train_quantised.py wrote beside a checkpoint."""
-    name, net = load(path)
+    name, net = load(source)
     net = rounded(net, KEPT.get(name, ()))
-    rounded_path = path.with_name(f"{path.stem}_int8.pt")
-    net.load_state_dict(torch.load(rounded_path, weights_only=True))
+    net.load_state_dict(torch.load(integers, map_location="cpu", weights_only=True))
     for rounding in roundings(net):
         rounding.observing = False
     return net.eval()
+
+
+def quantised(source: Path) -> Path | None:
+    """The file of the quantised net beside a checkpoint, if there is one; stop when it is older."""
+    integers = source.with_name(f"{source.stem}_int8.pt")
+    if not source.exists() or not integers.exists():
+        return None
+    if integers.stat().st_mtime < source.stat().st_mtime:
+        raise SystemExit(
+            f"{integers} is older than {source}, and would be written in its place: run "
+            f"train_quantised {source.stem} again, or move it away"
+        )
+    return integers
 
 
 def folded(net: nn.Module) -> nn.Module:
@@ -106,14 +118,9 @@ def write(name: str, source: Path, path: Path, crops: np.ndarray) -> None:
     axes = {key: {0: "n"} for key in ("rgb8", *OUTPUTS[name])}
     if name == "detector":
         axes = {"rgb8": {0: "n", 1: "h", 2: "w"}, "cells": {0: "n", 2: "rows", 3: "columns"}}
-    integers = source.with_name(f"{name}_int8.pt")
-    if integers.exists():
-        if integers.stat().st_mtime < source.stat().st_mtime:
-            raise SystemExit(
-                f"{integers} is older than {source}, and would be written in its place: run "
-                f"train_quantised {name} again, or move it away"
-            )
-        module = Integers(folded(load_rounded(source)), OUTPUTS[name])
+    integers = quantised(source)
+    if integers:
+        module = Integers(folded(load_rounded(source, integers)), OUTPUTS[name])
         to_onnx(module, path, crops, OUTPUTS[name], axes, True, KEPT.get(name, ()))
     else:
         to_onnx(Exported(folded(load(source)[1]), OUTPUTS[name]), path, crops, OUTPUTS[name], axes)
@@ -128,10 +135,12 @@ def to_onnx(
     in_integers: bool = False,
     kept: tuple[str, ...] = (),
 ) -> None:
-    """Write a module that takes uint8 crops; stop when ONNX Runtime's outputs differ.
+    """Write a module that takes uint8 crops; stop when ONNX Runtime's outputs differ, and leave
+    the file as it was.
 
     kept: parts of its net that stay float when the rest becomes integers.
     """
+    target, path = path, path.with_name(f"{path.stem}.part.onnx")
     module.eval()
     rgb8 = torch.from_numpy(crops[:1])
     torch.onnx.export(module, (rgb8,), str(path), dynamo=False, opset_version=17,
@@ -149,7 +158,9 @@ def to_onnx(
         off, most = np.abs(a.numpy() - b), max(1, float(a.abs().max()))
         print(f"  {key}: difference {off.mean():.1e}, worst {off.max():.1e}")
         if off.mean() > INTEGERS_TOLERANCE * most if in_integers else off.max() > TOLERANCE * most:
-            raise SystemExit(f"{path.name}: ONNX Runtime and PyTorch disagree in {key}")
+            path.unlink()
+            raise SystemExit(f"{target.name}: ONNX Runtime and PyTorch disagree in {key}")
+    path.replace(target)
 
 
 def fuse(path: Path) -> None:
@@ -184,16 +195,19 @@ def halve(path: Path) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--checkpoints", type=Path, default=Path("runs"))
+    parser.add_argument("--checkpoints", type=existing, default="runs")
     parser.add_argument("--data", type=made_by("faces.prepare"), default="runs/faces.npz")
     parser.add_argument("--out", type=Path, default=Path("pipeline/weights"))
     options = parser.parse_args()
+    sources = {name: options.checkpoints / f"{name}.pt" for name in OUTPUTS}
+    for source in sources.values():  # before anything is written
+        quantised(source)
     options.out.mkdir(parents=True, exist_ok=True)
     packed = np.load(options.data)
     np.save(options.out / "mean_face.npy", packed["mean"])  # (478, 3) in IOD
     np.save(options.out / "mirror.npy", packed["mirror"].astype(np.int16))
-    for name in OUTPUTS:
-        source, path = options.checkpoints / f"{name}.pt", options.out / f"{name}.onnx"
+    for name, source in sources.items():
+        path = options.out / f"{name}.onnx"
         if not source.exists():
             print(f"{source} is missing: left out")
             continue

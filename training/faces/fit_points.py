@@ -87,7 +87,7 @@ def main() -> None:
     worth = point_worth(options.net, faces.mirror)
     read, true = shapes_of(net.eval(), cropper, worth, int(options.samples))
     matrix, shift = affine_of(read, true, net.points.basis.detach().double())
-    checkpoint = torch.load(options.start, weights_only=True)
+    checkpoint = torch.load(options.start, map_location="cpu", weights_only=True)
     for state, prefix in ((checkpoint["net"], ""), (checkpoint["average"], "module.")):
         layer, bias = (f"{prefix}{_LAYER}.{part}" for part in ("weight", "bias"))
         state[layer] = (matrix.T @ state[layer].double()).float()

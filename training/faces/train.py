@@ -160,7 +160,7 @@ def beginning(options: argparse.Namespace, faces: Faces, steps: int) -> Checkpoi
     targets = drawer.geometry(index)["target"]
     net = build(options.net, spec.size_wh, torch.from_numpy(targets))
     if options.start:
-        inherit(net, torch.load(options.start, weights_only=True)["average"])
+        inherit(net, torch.load(options.start, map_location="cpu", weights_only=True)["average"])
     net = net.to(memory_format=torch.channels_last).train()
     optimizer = torch.optim.AdamW(net.parameters(), lr=options.rate, weight_decay=0.05, fused=True)
     run = Checkpoint(options.out / f"{options.net}.pt", net, optimizer, AVERAGE)

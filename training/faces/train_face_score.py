@@ -10,7 +10,6 @@ are upside down. Only the layer of the score learns; the points do not change.
 
 import argparse
 from collections.abc import Iterator
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -24,7 +23,7 @@ from makeup_video.training.faces.export import load
 from makeup_video.training.faces.infer import crop_to_px, place, take
 from makeup_video.training.faces.model import PointNet, normalise
 from makeup_video.training.faces.prepare import poses_of
-from makeup_video.training.inputs import made_by
+from makeup_video.training.inputs import existing, made_by
 from torch import Tensor, nn
 
 SPEC = SPECS["mesh"]
@@ -142,9 +141,9 @@ def report(name: str, score: nn.Linear, sets: list[Tensor]) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=made_by("faces.prepare"), default="runs/faces.npz")
-    parser.add_argument("--checkpoints", type=Path, default=Path("runs"))
+    parser.add_argument("--checkpoints", type=existing, default="runs")
     parser.add_argument(
-        "--weights", type=Path, default=Path("runs/weights"), help="folder of all exported nets"
+        "--weights", type=existing, default="runs/weights", help="folder of all exported nets"
     )
     parser.add_argument("--samples", type=float, default=3e4)
     options = parser.parse_args()
@@ -160,6 +159,7 @@ def main() -> None:
     sets = gather(Faces(options.data, False), mesh, nets, int(options.samples), seed=0)
     score = mesh.score
     optimizer = torch.optim.AdamW(score.parameters(), lr=1e-3, weight_decay=0.05)
+    mouth = {key: getattr(score, key).detach()[1].clone() for key in ("weight", "bias")}
     steps = 6000
     for step in range(steps):
         optimizer.param_groups[0]["lr"] = 1e-3 * (1 - step / steps)
@@ -172,10 +172,12 @@ def main() -> None:
             )
         optimizer.zero_grad()
         loss.backward()
-        score.weight.grad[1], score.bias.grad[1] = 0, 0  # the mouth's score stays
         optimizer.step()
+    with torch.no_grad():
+        for key, row in mouth.items():
+            getattr(score, key)[1] = row  # the mouth's score stays, which weight decay shrinks
     report("after", score, held_out)
-    saved = torch.load(path, weights_only=True)
+    saved = torch.load(path, map_location="cpu", weights_only=True)
     for key in ("weight", "bias"):
         saved["average"][f"module.score.{key}"] = getattr(score, key).data
     torch.save(saved, path)

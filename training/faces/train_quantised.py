@@ -23,7 +23,7 @@ from makeup_video.training.faces.detector_pictures import Scenes
 from makeup_video.training.faces.export import load
 from makeup_video.training.faces.fake_quantise import KEPT, STEPS, rounded, roundings
 from makeup_video.training.faces.model import normalise
-from makeup_video.training.inputs import made_by
+from makeup_video.training.inputs import existing, made_by
 from torch import Tensor, nn
 from torch.utils.data import DataLoader, IterableDataset
 
@@ -147,7 +147,7 @@ def learn(name: str, teacher: nn.Module, net: nn.Module, crops: Iterator, option
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("net", choices=[*SPECS, "detector"])
-    parser.add_argument("--checkpoints", type=Path, default=Path("runs"))
+    parser.add_argument("--checkpoints", type=existing, default="runs")
     parser.add_argument("--data", type=made_by("faces.prepare"), default="runs/faces.npz")
     parser.add_argument("--samples", type=float, default=1e5, help="0: only set the ranges")
     parser.add_argument("--fit", type=int, default=0, help="how often to fit the ranges")

@@ -208,6 +208,7 @@ def main() -> None:
     products = read_products(options.shades, options.region)
     counts = np.bincount(products.split, minlength=3)
     print(", ".join(f"{count} {name}" for count, name in zip(counts, SPLITS, strict=True)))
+    options.plot.parent.mkdir(parents=True, exist_ok=True)
     plot(Mixture(products.values[products.split == 0]), options.plot)
 
 

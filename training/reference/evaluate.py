@@ -4,7 +4,9 @@
         --shades lip_shades.csv
 
 The look that a net estimates and the true look are painted on another bare person and compared
-there. So is what the whole product reads, to which the worn kinds and their places are not given.
+there. So is what the whole product reads, to which the worn kinds and their places are not given;
+parts of that (the colours of bare and of worn skin, how lipstick shines and fades, which makeup is
+worn) were fitted on faces that include these people.
 docs/make/make_results.py measures everything and writes it to docs/results.md.
 """
 

@@ -22,7 +22,7 @@ from makeup_video.training.reference.model import ReferenceNet
 
 def load(path: Path) -> tuple[str, ReferenceNet]:
     """The region that a checkpoint's net is for, and the net."""
-    name, count = torch.load(path, weights_only=True)["config"]
+    name, count = torch.load(path, map_location="cpu", weights_only=True)["config"]
     region, size, shrink = name.split("-")
     net = ReferenceNet(size, torch.ones(count), region, int(shrink))
     net.load_state_dict(averaged_weights(path))
@@ -45,6 +45,8 @@ def main() -> None:
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     expected = {}
+    if options.expected and options.expected.exists():  # regions that are not exported now stay
+        expected = json.loads(options.expected.read_text())
     for checkpoint in options.checkpoints:
         region, net = load(checkpoint)
         print(f"reference_{region}, of {checkpoint}")

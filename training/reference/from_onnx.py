@@ -15,6 +15,7 @@ from makeup_video.pipeline.faces.net import SHIPPED
 from makeup_video.pipeline.reference.crops import CROPPED, NUMBERS
 from makeup_video.training.faces.checkpoint import Checkpoint
 from makeup_video.training.faces.from_onnx import layers, other_weights, restore_convs
+from makeup_video.training.inputs import existing
 from makeup_video.training.reference.model import Conv, ReferenceNet
 from makeup_video.training.reference.rendered_crops import renderer
 from makeup_video.training.reference.train import AVERAGE, inputs, name_of, parser_of
@@ -36,7 +37,9 @@ def restored(path: Path, net: ReferenceNet, crops: Tensor) -> ReferenceNet:
 
 def main() -> None:
     parser = parser_of(__doc__, CROPPED)
-    parser.add_argument("--weights", type=Path, default=WEIGHTS, help="folder of the shipped nets")
+    parser.add_argument(
+        "--weights", type=existing, default=WEIGHTS, help="folder of the shipped nets"
+    )
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
     options.shrink = 2  # as shipped

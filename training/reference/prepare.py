@@ -25,8 +25,8 @@ from makeup_video.training.inputs import existing
 from makeup_video.training.worn.prepare import LABELS, rows
 from makeup_video.training.worn.table import has_table
 
-# As in faces/prepare.py, the last pictures of each source are held out. The first half is for
-# validation, the second half, which no face net was trained on either, for the test.
+# As in faces/prepare.py, the last pictures of each source are held out. The first of them are for
+# validation, the others, which no face net was trained on either, for the test.
 VALIDATION_SHARE, TEST_SHARE = 0.06, 0.08
 WORN_SHARE = 1 / 3  # of each skin tone: the portraits that look most made up
 SHOWS = {"lips": ("lips",), "eyes": ("shadow", "liner")}  # the labels of LABELS that a region shows

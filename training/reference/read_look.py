@@ -42,9 +42,17 @@ class Seen:
 
 
 def file_of(folder: Path, region: str) -> Path | None:
-    """The net of a region in a folder: the exported file, else a checkpoint, else None."""
+    """The net of a region in a folder: the exported file, else a checkpoint, else None.
+
+    Raises ValueError where a region has several checkpoints.
+    """
     exported = folder / f"reference_{region}.onnx"
     found = [exported] if exported.exists() else sorted(folder.glob(f"{region}-*.pt"))
+    if len(found) > 1:
+        raise ValueError(
+            f"{folder}: expected one checkpoint for {region}, got "
+            f"{', '.join(path.name for path in found)}: move the others to another folder"
+        )
     return found[0] if found else None
 
 

@@ -92,6 +92,10 @@ def main() -> None:
     os.environ["POCL_MAX_PTHREAD_COUNT"] = "1"
     cv2.setNumThreads(1)
     run = beginning(options)
+    if run.step:
+        raise SystemExit(
+            f"{run.path} has been trained already: move it away, or give another --out"
+        )
     net: ReferenceNet = run.net  # type: ignore[assignment]
     train_layers(net, *drawn(options, net), options.region, options.epochs)
     run.average.module.load_state_dict(net.state_dict())

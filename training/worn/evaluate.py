@@ -59,7 +59,10 @@ def main() -> None:
     parser.add_argument("--ratio", nargs=2, action="append", default=[], metavar=("LABEL", "RATIO"),
                         help="of the net's scale to the colours', if not to be fitted")  # fmt: skip
     options = parser.parse_args()
-    ratios = {name: float(ratio) for name, ratio in options.ratio}
+    try:
+        ratios = {name: float(ratio) for name, ratio in options.ratio}
+    except ValueError as error:
+        parser.error(f"--ratio takes a label and a number: {error}")
     if unknown := sorted(ratios.keys() - set(LABELS)):
         parser.error(f"--ratio is for {', '.join(LABELS)}, got {unknown[0]}")
     packed = [np.load(path) for path in options.sets]

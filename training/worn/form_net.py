@@ -50,8 +50,8 @@ def _block(before: int, channels: int, stride: int) -> nn.Sequential:
 
 
 class Examples(ABC):
-    """Packed crops, painted ones first. The last tenth of the painted ones is held out whole, since
-    the crops of one face are neighbours.
+    """Packed crops, painted ones first. The last tenth of the painted ones is held out, by whole
+    faces.
 
     A file, as of packed.py, has the fields of `kind`, a named tuple with rgb8 and target.
     """
@@ -62,9 +62,13 @@ class Examples(ABC):
     def __init__(self, path: Path) -> None:
         with np.load(path) as data:
             is_real = data["is_real"]
-            self._parts = {name: data[name] for name in data.files if name != "is_real"}
-        painted = int((~is_real).sum())
+            self._parts = {
+                name: data[name] for name in data.files if name not in ("is_real", "face")
+            }
+            face = data["face"][~is_real]
+        painted = len(face)
         shown = int(painted * (1 - HELD_OUT))
+        shown = int(np.searchsorted(face, face[shown])) if shown < painted else painted
         if shown == painted:
             raise SystemExit(f"{path} has no painted crops to hold out: pack it with --looks 1")
         self.held_out = type(self).kind(**self._of(slice(shown, painted)))

@@ -31,19 +31,31 @@ def pack_sets(
     """
     painted: list[Crop] = []
     real: list[Crop] = []
+    faces: list[int] = []  # of each painted crop
     for name in options.sets:
         pictures = dict(rows(options.faces / name))
         for path, rgb8, face in named_faces(pictures):
             real += real_of(path.name, rgb8, face)
             painted += painted_of(rgb8, face, pictures[path])
+            faces += [faces[-1] + 1 if faces else 0] * (len(painted) - len(faces))
         print(f"{name}: {len(painted)} painted crops and {len(real)} real ones in all", flush=True)
-    save_crops(options.out, painted, real)
+    if not painted and not real:
+        raise SystemExit(
+            f"no crop is found in {', '.join(options.sets)} of {options.faces}: name other --sets"
+        )
+    save_crops(options.out, painted, real, faces)
 
 
-def save_crops(path: Path, painted: Sequence[Crop], real: Sequence[Crop]) -> None:
-    """Write named tuples of one kind, a field each, and is_real; the painted ones come first."""
+def save_crops(
+    path: Path, painted: Sequence[Crop], real: Sequence[Crop], faces: Sequence[int]
+) -> None:
+    """Write named tuples of one kind, a field each, is_real and face; the painted ones come first.
+
+    faces: the number of the face of each painted crop, rising; -1 is stored for real ones.
+    """
     fields = (painted or real)[0]._fields
     packed = [np.stack(each) for each in zip(*painted, *real, strict=True)]
     is_real = np.arange(len(painted) + len(real)) >= len(painted)
+    face = np.array([*faces, *[-1] * len(real)])
     path.parent.mkdir(parents=True, exist_ok=True)
-    np.savez(path, **dict(zip(fields, packed, strict=True)), is_real=is_real)
+    np.savez(path, **dict(zip(fields, packed, strict=True)), is_real=is_real, face=face)

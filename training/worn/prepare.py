@@ -47,6 +47,8 @@ def rows(folder: Path) -> Iterator[tuple[Path, list[int]]]:
 
     Without worn.csv all are bare.
     """
+    if not folder.is_dir():
+        raise SystemExit(f"there is no folder {folder}: name the sets of --faces with --sets")
     if not has_table(folder):
         yield from ((path, [0] * len(LABELS)) for path in sorted(folder.glob("*.jpg")))
         return
@@ -101,11 +103,11 @@ def painted(
     made_up = paint(rgb8, look, [face])
     labels = []
     for label, name in LABELS.items():
-        alone = made_up
-        if label in ("shadow", "liner") and look.of("eyeshadow") and look.of("eyeliner"):
-            alone = paint(rgb8, Look(look.of(name)), [face])
-        seen = makeup_input(alone, face, light)
-        labels.append(_seen(bare, seen, _SEEN_IN[label]) if look.of(name) else 0)
+        if not look.of(name):
+            labels.append(0)
+            continue
+        alone = paint(rgb8, Look(look.of(name)), [face])
+        labels.append(_seen(bare, makeup_input(alone, face, light), _SEEN_IN[label]))
     return makeup_input(made_up, face, photo_light(made_up, face)), labels
 
 

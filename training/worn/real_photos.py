@@ -103,17 +103,17 @@ def labels_of(folder: Path) -> dict[str, dict[str, str]]:
     return {row["name"]: row for row in labelled_rows(folder) if not set(row["flags"]) & _ODD}
 
 
-def worn_of(folder: Path) -> dict[str, Worn]:
-    """By column of worn.csv; a folder without the table is bare."""
+def worn_of(folder: Path, step: int = 1) -> dict[str, Worn]:
+    """By column of worn.csv, of every step-th photo; a folder without the table is bare."""
     found = {name: Worn() for name in LABELS}
     if has_table(folder):
         rows = labels_of(folder)
     else:
         rows = {path.name: dict.fromkeys(LABELS, "0") for path in sorted(folder.glob("*.jpg"))}
-    for path, _, one in estimated([folder / name for name in rows]):
+    for path, _, one in estimated([folder / name for name in list(rows)[::step]]):
         for name, kind in LABELS.items():
             values = {"0": found[name].bare, "2": found[name].clear}
-            values.get(rows[path.name][name], []).append(one.worn[kind])
+            values.get(rows[path.name][name].strip(), []).append(one.worn[kind])
     return found
 
 
@@ -131,7 +131,7 @@ def transfer_of(looks: list[Path], bare: list[Path], sheets: Path | None) -> Tra
         if sheets is not None:
             made = [paint(canvas, one.look) for canvas in transfer.canvases[:3]]
             row = np.hstack([_square(picture) for picture in (photo.rgb8, *made)])
-            cv2.imwrite(str(sheets / f"{path.stem}.jpg"), row[..., ::-1])
+            cv2.imwrite(str(sheets / f"{path.parent.name}_{path.stem}.jpg"), row[..., ::-1])
     return transfer
 
 
@@ -260,8 +260,9 @@ def main() -> None:
     looks = [path for folder in options.looks for path in sorted(folder.glob("*.jpg"))]
     bare = sorted(options.bare.glob("*.jpg"))
     transfer = transfer_of(looks[:: options.step], bare, options.sheets)
-    made_up = [worn_of(folder) for folder in options.looks if has_table(folder)]
-    text = section(worn_of(options.labelled), worn_of(options.bare), made_up, transfer)
+    made_up = [worn_of(folder, options.step) for folder in options.looks if has_table(folder)]
+    labelled, plain = (worn_of(each, options.step) for each in (options.labelled, options.bare))
+    text = section(labelled, plain, made_up, transfer)
     print(text)
     if options.page is not None:
         before, _, rest = options.page.read_text(encoding="utf-8").partition(BEGIN)

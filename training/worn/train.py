@@ -183,7 +183,7 @@ def train(options: argparse.Namespace) -> None:
     held = split(data["sources"], real, options.folds, options.fold)
     labelled = (labels != UNKNOWN).any(1)
     shown, painted = np.flatnonzero(real & labelled & ~held), np.flatnonzero(~real & ~held)
-    others = np.flatnonzero(~labelled)
+    others = np.flatnonzero(~labelled & ~held)
     share, batch = _shares(labels[shown]), options.batch
     few = round(batch * PAINTED_SHARE)
     more = round(batch * UNLABELLED_SHARE) if odds and len(others) else 0
