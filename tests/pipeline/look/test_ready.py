@@ -54,10 +54,13 @@ def test_ready_looks_show_what_a_look_can_be():
 
 
 def test_the_manual_lists_the_looks_and_its_examples_read():
-    page = (DOCS / "looks.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| `([\w-]+)` \| (.*) \|$", page.split("## Ready looks")[1], re.MULTILINE)
+    page, table = ((DOCS / name).read_text(encoding="utf-8") for name in ("looks.md", "ready.md"))
+    rows = re.findall(r"^\| `([\w-]+)` \| (.*) \|$", table, re.MULTILINE)
     listed = [(one.name, one.words) for one in ready_looks()]
-    assert rows[: len(listed)] == listed
+    assert rows == listed
+    sentence = page.split("Fifteen looks are built in:")[1].split(".\n")[0]
+    assert re.findall(r"`([\w-]+)`", sentence) == [name for name, _ in listed]
+    assert len(listed) == 15
     examples = re.findall(r"```json\n(.*?)```", page, re.DOTALL)
     kinds = [Look.from_dict(json.loads(text)).kinds for text in examples]
     assert kinds == [("lipstick", "eyeshadow"), ("lipstick",)]
