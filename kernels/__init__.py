@@ -5,7 +5,7 @@ They make surfaces, products, shares of coats and lines, and paint them on the p
 
 import os
 
-# Set before PyOpenCL is imported, which would otherwise keep the few lines of Python that it makes
-# for each kernel in an SQLite file. That saves no time, and fails when the file is damaged or the
-# disk is full.
+# Set before PyOpenCL is imported. Otherwise PyOpenCL would keep the few lines of Python that it
+# makes for each kernel in an SQLite file, which saves no time and fails when the file is damaged or
+# the disk is full.
 os.environ.setdefault("PYOPENCL_NO_CACHE", "1")

@@ -1,6 +1,6 @@
 """Compiled programs in PoCL's folder, each in one file, which load without PoCL's compiler.
 
-PoCL finds what it has compiled by the source after preprocessing, for which Clang reads OpenCL's
+PoCL itself finds a compiled program by its preprocessed source. For that, Clang reads OpenCL's
 built-in functions: 35 ms for each program, at every start. A binary is loaded in 3 ms.
 """
 
@@ -26,13 +26,13 @@ def binary_file(device: Any, source: str, options: Sequence[str]) -> Path:
 
 
 def load_binary(context: Any, file: Path) -> Any | None:
-    """The program in a file; None where there is none, or one that cannot be used."""
+    """The program in a file; None if there is no file, or its program cannot be used."""
     try:
         content = file.read_bytes()
     except OSError:
         return None
     digest, binary = content[:_DIGEST_BYTES], content[_DIGEST_BYTES:]
-    if hashlib.sha256(binary).digest() != digest:  # PoCL would trust it and crash
+    if hashlib.sha256(binary).digest() != digest:  # PoCL would trust a damaged binary and crash
         return None
     try:
         return cl.Program(context, context.devices, [binary]).build()
@@ -41,14 +41,14 @@ def load_binary(context: Any, file: Path) -> Any | None:
 
 
 def save_binary(program: Any, file: Path) -> bool:
-    """Write a program that is built for the second time; the first time leaves an empty file.
+    """Write the binary of a program at its second build; the first build leaves an empty file.
 
-    Returns True when it wrote one. For a binary PoCL compiles all kernels of the program for any
-    size of work-group, too, which takes 0.1 to 2 s, and in a container that is thrown away nobody
-    would ever read it. Without a linker this would end the process. Nothing is written when that
-    fails, or when the disk is full.
+    For a binary PoCL also compiles all kernels of the program for any size of work-group. That
+    takes 0.1 to 2 s, and in a container that is thrown away nobody would ever read the binary.
+    Without a linker, PoCL would end the process, so nothing is written then, nor when PoCL fails or
+    the disk is full. Returns True when it wrote a binary.
     """
-    # at Ctrl-C PoCL fails without the temporary files that LLVM deletes
+    # at Ctrl-C LLVM deletes its temporary files, and PoCL fails without them
     with contextlib.suppress(OSError, cl.Error):
         if not file.exists():
             file.touch()
@@ -61,7 +61,7 @@ def save_binary(program: Any, file: Path) -> bool:
 
 def _write(file: Path, content: bytes) -> None:
     """Write a file that other processes see whole or not at all. Raises OSError."""
-    # like PoCL's own, so that `cache` removes what a killed run leaves
+    # named like PoCL's own files, so that `cache` removes what a killed run leaves
     part = file.with_name(f"tempfile_{secrets.token_hex(3)}.binary")
     try:
         part.write_bytes(content)

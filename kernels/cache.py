@@ -16,7 +16,7 @@ from pathlib import Path
 
 # Measured with PoCL 3.0 on a small tmpfs: painting a video failed with 1 MB and worked with 1.5 MB.
 # PoCL needs 1.1 MB of that for a moment (a source with all built-in functions), and keeps 0.25 MB.
-# With binaries it worked with 3 MB and failed with 2; a look of three layers keeps 1.7 MB.
+# With binaries, painting worked with 3 MB and failed with 2; a look of three layers keeps 1.7 MB.
 ROOM_BYTES = 8 << 20  # a few runs may start at once
 _ROOM_FILES = 128  # one run makes 80 files and folders
 _DAY_SECONDS = 86400
@@ -33,9 +33,9 @@ class NoRoomError(OSError):
 def settle() -> Path:
     """Choose the folder that PoCL uses from now on, and set POCL_CACHE_DIR to it.
 
-    The choice is POCL_CACHE_DIR, else PoCL's default. Where that cannot be written, lacks room or
-    must not hold programs, it is a temporary folder that is removed when this process ends;
-    `why_not_kept` then says why. Raises NoRoomError.
+    The choice is POCL_CACHE_DIR, else PoCL's default. If that folder cannot be written, lacks room
+    or must not hold programs, the choice is a temporary folder that is removed when this process
+    ends; `why_not_kept` then says why. Raises NoRoomError.
     """
     usual = _usual()
     reasons = [_try(usual)]
@@ -71,8 +71,9 @@ def why_not_kept() -> str | None:
 def left_clean(folder: Path) -> Generator[None, None, None]:
     """Remove the empty file that PoCL makes at its start, and day-old leftovers of killed runs.
 
-    PoCL closes that file at once and never opens it again, so the file of another process that
-    starts within the block may go too. Files in use have a suffix and are younger.
+    PoCL closes the empty file at once and never opens it again, so the empty file of another
+    process that starts within the block may be removed, too. Files in use have a suffix, and are
+    less than a day old.
     """
     before = _temporary(folder)
     try:
@@ -123,7 +124,7 @@ def give_back() -> None:
 
 atexit.register(give_back)
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_own.clear)  # they stay those of the parent
+    os.register_at_fork(after_in_child=_own.clear)  # the folders still belong to the parent
 
 
 def _usual() -> Path:

@@ -117,8 +117,8 @@ static inline float colour_to_encoded(float linear) {
 }
 #else
 /* IEC 61966-2-1. Minimax polynomials: the error is at most 0.02 of a ten-bit code each way, up to
- * an encoded value of 2.2, the largest that codes can mean. Brighter light still has finite codes.
- */
+ * an encoded value of 2.2, the largest that codes can stand for. Brighter light still has finite
+ * codes. */
 static inline float colour_to_linear(float encoded) {
     float a = colour_abs(encoded);
     float sum = -0.00516528084f;
@@ -192,7 +192,7 @@ static inline colour_codes colour_encode(colour_rgb linear, const colour_coding 
     return codes;
 }
 
-/* Round and clip a code as it is stored; halves go up. NaN becomes the largest code. */
+/* Rounds and clips a code for storage; halves go up. NaN becomes the largest code. */
 static inline int colour_round(float code, const colour_coding *coding) {
     code = code < coding->max_code ? code : coding->max_code;
     code = code > 0.0f ? code : 0.0f;

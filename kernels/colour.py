@@ -59,7 +59,7 @@ HLG_GAMMA = 1.2
 HLG_LUMINANCE = (0.2627, 0.6780, 0.0593)
 HLG_WHITE = (np.exp((0.75 - HLG_C) / HLG_A) + HLG_B) / 12  # scene light of 75 %
 # Darker scene luminance gets the display's gain at this luminance: at 0 the inverse of the gain is
-# not finite. It is far below one code of 12 bits.
+# not finite. This luminance is far below one code of 12 bits.
 HLG_DARKEST = 2.0**-20
 HLG_END = 0.5  # R'G'B' where the curve turns from a square root into a logarithm
 
@@ -107,9 +107,9 @@ DEFINITIONS = Definitions(
 
 @dataclass(frozen=True)
 class Coding:
-    """How the codes of a frame mean colour, with no tag left unspecified.
+    """How a frame's codes encode colour, with no tag left unspecified.
 
-    matrix, primaries: a key of LUMA_WEIGHTS, of PRIMARIES. transfer: SRGB, PQ or HLG.
+    matrix: a key of LUMA_WEIGHTS. primaries: a key of PRIMARIES. transfer: SRGB, PQ or HLG.
     """
 
     matrix: int = 1
@@ -147,7 +147,7 @@ def encode(linear: np.ndarray, coding: Coding) -> np.ndarray:
 
 
 def rounded(codes: np.ndarray, coding: Coding) -> np.ndarray:
-    """Round and clip codes as they are stored; halves go up (ITU-T H.273, Round)."""
+    """Round and clip codes for storage; halves go up (ITU-T H.273, Round)."""
     whole: np.ndarray = np.clip(np.floor(codes + 0.5), 0, coding.max_code).astype(np.int64)
     return whole
 
@@ -188,7 +188,7 @@ def product_linear(rgb: tuple[float, float, float], coding: Coding) -> np.ndarra
 @lru_cache
 def from_srgb_primaries(primaries: int) -> np.ndarray:
     """Return the (3, 3) matrix from linear light in sRGB's primaries to linear light in others."""
-    if primaries == 1:  # sRGB's own: solved for, a rounding would make black channels negative
+    if primaries == 1:  # sRGB's own: with the rounding of `solve`, black channels would be negative
         return np.eye(3)
     matrix: np.ndarray = np.linalg.solve(to_xyz(primaries), to_xyz(1))
     return matrix

@@ -12,9 +12,10 @@ _NUMBER_BYTES = 4  # of every number in a struct, so that C needs no padding any
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Definitions:
-    """The constants and structs of a kernel file. `+` joins those of the files that it includes.
+    """The constants and structs of a kernel file. `+` adds those of a file that it includes.
 
-    constants: macros by name.  structs: layouts by their C name; a struct comes after those in it.
+    constants: macros by name.  structs: layouts by their C name; a struct comes after those that it
+    contains.
     """
 
     constants: Mapping[str, int | float] = field(default_factory=dict)
@@ -28,7 +29,7 @@ class Definitions:
         return [f"-D{name}={_literal(value)}" for name, value in self.constants.items()]
 
     def source(self) -> str:
-        """The structs in C. Raises TypeError for a layout that C would not have."""
+        """The structs in C. Raises TypeError for a layout that a C struct would not have."""
         return "".join(
             f"typedef struct {{ {' '.join(self._members(layout))} }} {name};\n"
             for name, layout in self.structs.items()

@@ -17,6 +17,7 @@ static inline float eight_clamp(float x, float low, float high) {
     return eight_min(eight_max(x, low), high);
 }
 
+/* An index, mirrored at both ends of `count` numbers without repeating the last one. */
 static inline int eight_mirror(int i, int count) {
     i = i < 0 ? -i : i;
     return i < count ? i : 2 * (count - 1) - i;
@@ -53,7 +54,7 @@ static inline float eight_sum8(float8 x) {
     return four.x + four.y + four.z + four.w;
 }
 
-/* The four numbers of each of eight places, number by number. */
+/* Turns the four numbers of each of eight places into four rows of eight. */
 static inline void eight_columns8(const float4 *places, float8 *numbers) {
 #define EIGHT_COLUMN(name)                                                             \
     (float8)(                                                                          \

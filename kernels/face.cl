@@ -1,5 +1,5 @@
 /* Makes the surface of a face from its points and the frame around it: where each node of a grid
- * lies on the mean face, how it is turned, how far it is seen, how much it looks like skin, and the
+ * lies on the mean face, how it is turned, how visible it is, how much it looks like skin, and the
  * broad light on it. Host side, with all constants and the layout of each buffer: face.py. Numpy
  * twins, which explain each step: pipeline/render/surfaces/face_twin.py, face_fit_twin.py and
  * pipeline/render/skin_likeness_twin.py.
@@ -17,11 +17,11 @@
 
 #define BLURRED (SIDE + 2 * PAD)
 
-/* Gaussian of SIGMA_PX from the middle outwards; tests/kernels/test_face.py compares it. */
+/* Gaussian of SIGMA_PX from the middle outwards; tests/kernels/test_face.py checks it. */
 __constant float face_taps[4] = {
     0.613464348f, 0.187858721f, 0.00539457781f, 1.45267221e-05f};
 
-/* The same of EDGE_PX and HOLE_PX, cut off at MARGIN and at half of it. */
+/* The same for EDGE_PX and HOLE_PX, cut off at MARGIN and at half of MARGIN. */
 __constant float face_edge_taps[5] = {
     0.306998819f, 0.228374287f, 0.0940110162f, 0.0214156508f, 0.00269963359f};
 __constant float face_hole_taps[3] = {0.6638183f, 0.165524572f, 0.00256626867f};
@@ -42,7 +42,7 @@ static inline void face_terms(float8 x, float8 y, float8 *terms) {
     }
 }
 
-/* Computes normals, variance and terms of eight points. */
+/* Computes the normals, the variance of the noise and the cubic's terms of eight points. */
 EIGHT_STEP void face_points(
     int i, __global const float *given, __global const float *tables, __global float *scratch) {
     __global const float *points = given + POINTS_AT;
@@ -86,7 +86,7 @@ EIGHT_STEP void face_points(
     for (int t = 0; t < TERMS; ++t) PUT(scratch + TERMS_AT + t * PADDED + i, terms[t]);
 }
 
-/* Fills a row of the equations of the fit, with its right-hand sides in the last eight. */
+/* Fills a row of the fit's equations; the last eight numbers of a row are its right-hand sides. */
 EIGHT_STEP void face_equation(
     int row, __global const float *given, __global const float *tables, __global float *scratch) {
     __global const float *points = given + POINTS_AT, *terms = scratch + TERMS_AT;
@@ -108,7 +108,7 @@ EIGHT_STEP void face_equation(
 }
 
 /* Solves the equations, by elimination: the matrix is symmetric, and no pivot is less than NOISE
- * but for rounding. The last eight of each row become the heights of its point's Gaussians. */
+ * apart from rounding. The last eight of each row become the heights of its point's Gaussians. */
 EIGHT_STEP void face_solve(__global float *scratch) {
     __global float *system = scratch + SYSTEM_AT;
     for (int k = 0; k < POINTS; ++k) {
@@ -158,8 +158,8 @@ EIGHT_STEP void face_borders(
     PUT(scratch + BORDERS_AT + (DRAWN + row) * SIDE + x, hole);
 }
 
-/* What the outline of the face, and its eyes, brows, lips and nostrils, leave of eight nodes: 0 to
- * 1 and beyond. */
+/* How much of eight nodes is skin by the drawn masks, within the outline of the face and outside
+ * eyes, brows, lips and nostrils: 0 to 1 and beyond. */
 static inline float8 face_shown(int x, int y, __global const float *scratch) {
     __global const float *edges = scratch + BORDERS_AT + (y + MARGIN) * SIDE + x;
     __global const float *holes = edges + DRAWN * SIDE;
@@ -239,7 +239,7 @@ EIGHT_STEP void face_light(
     PUT(light + LUMINANCE * NODES + y * SIDE + x, sum);
 }
 
-/* Computes the likeness and the light of the area, for eight nodes. */
+/* Computes how much eight nodes look like skin, and their visible skin and its light. */
 EIGHT_STEP void face_area(int at, __global float *scratch, __global float *out) {
     float8 likeness = face_likeness(at, out, scratch);
     float8 area = likeness * EIGHT(out + VISIBLE_AT + at);
@@ -248,7 +248,7 @@ EIGHT_STEP void face_area(int at, __global float *scratch, __global float *out) 
     PUT(scratch + LAYERS_AT + NODES + at, area);
 }
 
-/* Computes the mean light of all that is seen, and that of the cheeks. */
+/* Computes the mean light of all visible skin, and of the cheeks. */
 EIGHT_STEP void face_means(__global float *scratch, __global float *out) {
     float8 sums[5];
     for (int k = 0; k < 5; ++k) sums[k] = (float8)0.0f;

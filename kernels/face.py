@@ -1,5 +1,7 @@
-"""Host side of face.cl, which makes the surface of a whole face; its numpy twin is
-pipeline/render/surfaces/face_twin.py. The constants of both are here."""
+"""Host side of face.cl, which makes the surface of a whole face.
+
+Its numpy twin is pipeline/render/surfaces/face_twin.py. The constants of both are here.
+"""
 
 from dataclasses import dataclass
 
@@ -22,68 +24,69 @@ from makeup_video.kernels.surface import FAINT, GridPlace
 # `fit_points`: from ear to ear, and from above the brows to the upper half of the chin.
 SIDE = 40
 STEP = 1.6 / (SIDE - 1)  # IOD
-# Sigma of the broad light in px of the grid: that of the lids, whose eye is 0.31 IOD wide.
+# Sigma of the broad light in px of the grid: as wide as on lids, where an eye is 0.31 IOD wide.
 SIGMA_PX = 0.65
 
-# Drawn masks reach beyond the grid by this many px of it; the blurs of their borders reach as far.
+# The drawn masks reach this many px of the grid beyond it, as far as the blurs of their borders do.
 MARGIN = 4
 EDGE_PX, HOLE_PX = 1.3, 0.6  # sigma of the borders of the outline and of holes, px of the grid
-# OpenCV's smooth polygons are two thirds of a px too large on each side: of 255, what the blurred
-# mask has on the outline.
+# What the blurred mask, 0 to 255, has on the outline: OpenCV's smooth polygons are two thirds of a
+# px too large on each side.
 ON_EDGE = 179.0
 HOLE_GAIN = 1.5  # holes are small: a blur makes them shallow
 
-# Where a face may be seen: shares rise from the first number to the second.
+# Where a face may be seen: its visibility rises from 0 at the first number to 1 at the second.
 FACING = 0.12, 0.35  # z of the normal
 HIGHEST = -0.42, -0.30  # `down`
-LOWEST = 1.0, 0.85  # the same at the chin
+LOWEST = 1.0, 0.85  # `down` at the chin
 SAMPLED = 0.5  # `visible` from which a node is a sample of the skin
-# The cheeks, whose light is the surface's mean: from and to, |across| and `down` in IOD.
+# The cheeks, whose mean light is the surface's mean: ranges of |across| and of `down`, in IOD.
 CHEEK_ACROSS, CHEEK_DOWN = (0.2, 0.65), (0.1, 0.55)
 
 # The fit of the surface to points; all lengths are in IOD.
-POINTS, FRONT_POINTS = 60, 14  # all that are used, and those that may hide others
+POINTS, FRONT_POINTS = 60, 14  # all points used, and those that may hide others
 DEGREE = 3
 SIGMA = 0.14  # of the Gaussians
-NOISE = 0.1  # variance of a point's place against that of the Gaussians; more is smoother
-FARTHEST = -20.0  # exponents of Gaussians: below, their products are too small to be quick
-CUBIC = 3.0  # variance of the cubic's coefficients: nearly free
-POINT_FACING = 0.1, 0.5  # z of a point's normal, from which it counts, and counts fully
-LEAST = 1e-4  # weight of the other points, so that every solve has an answer
-# A point counts as hidden by one that is so much nearer to the viewer (0 to 1 between the two), as
-# close in the picture, and so far off on the mean face.
+NOISE = 0.1  # variance of a point's place, relative to the Gaussians' variance; more is smoother
+FARTHEST = -20.0  # least exponent of a Gaussian; products of smaller ones get denormal and slow
+CUBIC = 3.0  # variance of the cubic's coefficients: they are nearly free
+POINT_FACING = 0.1, 0.5  # z of a point's normal from which the point counts, and counts fully
+LEAST = 1e-4  # least weight of a point, so that every fit has a solution
+# A point is hidden by another one that is nearer to the viewer (the share rises from 0 to 1 between
+# the two distances), close in the picture (sigma CLOSE), and far off on the mean face (`may_hide`).
 NEARER = 0.07, 0.14
 CLOSE = 0.08
-HIDES = 1.5  # how soon
+HIDES = 1.5  # factor of that share: a point that is hidden by two thirds does not count
 MOST_OFF = 3.0  # IOD: coordinates of points are clipped to it, so that all numbers stay finite
 
-# Likeness to the skin. Heights, as `down` of the surface, of three parts of a face that are seldom
-# covered together: forehead, beside the bridge of the nose, cheeks. The one most like skin is where
-# the fit begins: the redder, and the lighter one (hair, sunglasses and masks are less red, and most
-# are darker).
+# Likeness to the skin. Ranges of `down` of three parts of a face that are seldom covered together:
+# forehead, beside the bridge of the nose, cheeks. The fit begins with the part most like skin,
+# which is redder and lighter (hair, sunglasses and masks are less red, and most are darker).
 PARTS = (-0.42, -0.12), (-0.02, 0.28), (0.28, 0.62)
-BESIDE = 0.55  # of the middle, in IOD
-FEWEST = 6  # places
+BESIDE = 0.55  # most |across| of these parts, in IOD
+FEWEST = 6  # samples that a part, or a face, must have
+# Weight and most of a part's log luminance above the usual one, then of its log red to green.
 LIGHTER, MOST_LIGHTER = 0.5, 0.3
 REDDER, MOST_RED = 2.0, 0.8
-DARK = 0.06  # of the skin's luminance; what is darker is noise, and its colour does not count
-LEAST_LIGHT = 1e-6
-SPREAD = 0.40, 0.22, 0.22  # expected standard deviations of skin
-EXPECTED = 0.2  # how much these count beside those measured
-# How little the fitted planes may slope across and down, as ridges. Colour hardly changes down a
-# face, but it does to the upper edge of a mask.
+DARK = 0.06  # share of the skin's luminance; what is darker is noise, its colour does not count
+LEAST_LIGHT = 1e-6  # keeps logarithms finite
+# Expected standard deviations of skin: log luminance, log red to green, log blue to green.
+SPREAD = 0.40, 0.22, 0.22
+EXPECTED = 0.2  # weight of SPREAD beside the measured deviations
+# Ridges that keep the fitted planes from sloping, across and down. Colour hardly changes down a
+# face, but it changes at the upper edge of a mask, which the planes must not follow.
 LEVEL_RIDGE, LIGHT_RIDGE, COLOUR_RIDGE = 1e-3, (40.0, 40.0), (100.0, 2000.0)
-FAR = 4.0  # squared deviations at which a place counts a quarter
-BRIGHTER = 0.5  # what lighter places count: skin shines, and few things beside it are lighter
-SHINE_PALES = 0.3  # how much less red, and more blue, for how much lighter
-# Skin that is paler by more than that is rare, and masks and screens are: log red to blue for one
-# standard deviation more.
+FAR = 4.0  # squared deviation from the start at which a sample counts a quarter
+BRIGHTER = 0.5  # weight of being lighter: skin shines, and few things beside it are lighter
+SHINE_PALES = 0.3  # how much less red, and more blue, per log luminance that skin is lighter
+# Skin that is paler by more than that is rare, but masks and screens are. This much of log red to
+# blue counts as one more standard deviation.
 PALER = 0.2
-SKIN, OTHER = 2.6, 4.0  # deviations: up to the first all skin, from the second on none
-MIDDLE = 0.3  # `down` around which the planes slope
+SKIN, OTHER = 2.6, 4.0  # deviations: up to the first, all is skin; from the second on, nothing
+MIDDLE = 0.3  # the planes count `down` from here
 
 _PADDED = -(-POINTS // 8) * 8  # points in whole eights
-_SAMPLES = SIDE * SIDE // 4 + 8  # each second node of each second row, in whole eights and one more
+_SAMPLES = SIDE * SIDE // 4 + 8  # every second node of every second row, and eight more
 _TERMS = (DEGREE + 1) * (DEGREE + 2) // 2
 _DRAWN = SIDE + 2 * MARGIN
 _PAD = 8  # beyond each end of a blurred row
@@ -222,7 +225,7 @@ class FitTables:
     mean_xy: (POINTS, 2), the points on the mean face, in IOD.
     to_tangents: (2 POINTS, POINTS), from points to the derivatives along x, then y, of the mean
     face.
-    front: (FRONT_POINTS,) places among the points of those that may hide others.
+    front: (FRONT_POINTS,) indices of the points that may hide others.
     may_hide: (POINTS, FRONT_POINTS), 0 for neighbours, 1 for points far from each other.
     """
 
@@ -238,8 +241,8 @@ class FaceToRead:
 
     points: (POINTS, 3) float32 in IOD, turned upright, from the middle of the grid; z away from the
     viewer.
-    inside, holes: (48, 48) uint8, of 255: what lies within the outline of the face, and what of it
-    is no skin; the grid and MARGIN px around it.
+    inside, holes: (48, 48) uint8, 0 to 255, on the grid and MARGIN px around it: what lies within
+    the outline of the face, and which parts of that are not skin.
     place: of the grid.  frame_wh: px.  sampled_down: the skin is sampled above this `down`.
     """
 
@@ -273,8 +276,10 @@ class FaceKernel:
         self._scratch = cl.Buffer(device.context, cl.mem_flags.READ_WRITE, SCRATCH.itemsize)
 
     def __call__(self, face: FaceToRead, light: LightPlanes) -> np.void:
-        """Make the surface of a face: a record of OUT, see FaceSurface; `shading` is the broad
-        light on its grid, and `mean` that over the cheeks."""
+        """Make the surface of a face: a record of OUT, see FaceSurface.
+
+        `shading` is the broad light on the grid, and `mean` the mean light of the cheeks.
+        """
         self._fill(face, light)
         self._set_arguments(light)
         self._given.send()
@@ -298,7 +303,7 @@ class FaceKernel:
         given["inside"], given["holes"] = face.inside, face.holes
 
     def _set_arguments(self, light: LightPlanes) -> None:
-        """Copy the planes, and give the kernel its arguments, where these have changed."""
+        """Copy the planes, and give the kernel its arguments, if these have changed."""
         if not self._light.copy(light):
             return
         transfer, sample = light.coding.transfer, light.planes[0].dtype

@@ -1,5 +1,5 @@
-/* Learns the skin of a face from samples of it, and tells how much each node of its grid looks like
- * it: part of face.cl. face.py defines the constants and where each part of a buffer begins
+/* Learns a face's skin from samples, and tells how much each node of the grid looks like that skin.
+ * Part of face.cl. face.py defines the constants and where each part of a buffer begins
  * (..._AT). Numpy twin, which explains each step: pipeline/render/skin_likeness_twin.py. */
 
 #ifndef FACE_SKIN_H
@@ -8,7 +8,7 @@
 #include "samples.h"
 
 #define NODES (SIDE * SIDE)
-#define ROW (PADDED + 8) /* of the system of equations */
+#define ROW (PADDED + 8) /* length of a row of the system of equations */
 
 /* Rows at LIGHT_AT and SAMPLE_AT. */
 enum { LUMINANCE, RED, GREEN, BLUE, ACROSS, DOWN };
@@ -21,7 +21,7 @@ static inline float8 face_at_least(float8 x, float least) {
     return eight_max8(x, (float8)least);
 }
 
-/* 0 at `from`, 1 at `to`, and straight on. */
+/* 0 at `from`, 1 at `to`, and on in a straight line. */
 static inline float8 face_line(float8 x, float from, float to) {
     return (x - from) * (1.0f / (to - from));
 }
@@ -31,7 +31,7 @@ static inline float8 face_smooth(float8 share) {
     return share * share * (3.0f - 2.0f * share);
 }
 
-/* e^x for x of FARTHEST to 80: colour_exp2 for eight. */
+/* e^x for x from FARTHEST to 80, like colour_exp2 but for eight numbers. */
 static inline float8 face_exp(float8 x) {
     x *= 1.44269504f;
     float8 shifted = x + 12582912.0f;
@@ -44,7 +44,7 @@ static inline float8 face_exp(float8 x) {
     return as_float8(as_int8(sum) + ((as_int8(shifted) - 0x4b400000) << 23));
 }
 
-/* The natural logarithm of normal positive numbers: colour_log2 for eight. */
+/* The natural logarithm of normal positive numbers, like colour_log2 but for eight numbers. */
 static inline float8 face_log(float8 x) {
     int8 exponent = (as_int8(x) - 0x3f3504f3) >> 23;
     float8 z = as_float8(as_int8(x) - (exponent << 23)) - 1.0f;
@@ -58,12 +58,13 @@ static inline float8 face_log(float8 x) {
     return 0.693147181f * (eight_float8(exponent) + z * sum);
 }
 
+/* A Gaussian of a squared distance; per_square: -1 / (2 sigma^2). */
 static inline float8 face_bell(float8 square, float per_square) {
     return face_exp(face_at_least(square * per_square, FARTHEST));
 }
 
-/* Collects the samples of the skin: each second node that is seen in the picture. Returns their
- * number, and fills the last eight up with copies of the first. */
+/* Collects the samples of the skin: every second node of every second row that is seen in the
+ * picture. Returns their number, and fills up the last eight with copies of the first sample. */
 EIGHT_STEP int face_collect(
     __global const float *given, __global const float *out, __global float *scratch) {
     __global const float *to = given + TO_FRAME_AT;
@@ -90,13 +91,13 @@ EIGHT_STEP int face_collect(
     return count;
 }
 
-/* Whole numbers in the same order as the numbers themselves, and back. */
+/* Maps floats to integers of the same order; the same step maps such integers back. */
 static inline int8 face_order8(float8 x) {
     int8 bits = as_int8(x);
     return bits ^ ((bits >> 31) & 0x7fffffff);
 }
 
-/* The number that has half of `count` numbers, rounded down, before it: found bit by bit. */
+/* The median, found bit by bit: half of `count` numbers, rounded down, come before it. */
 EIGHT_STEP float face_median(__global const float *numbers, int count) {
     int low = (int)0x80000000, high = 0x7fffffff, end = count & ~7;
     while (low < high) {
@@ -108,7 +109,7 @@ EIGHT_STEP float face_median(__global const float *numbers, int count) {
             before += (bits ^ ((bits >> 31) & 0x7fffffff)) <= middle;
         }
         int4 four = sums.lo + sums.hi;
-        before -= four.x + four.y + four.z + four.w; /* -1 for each that is true */
+        before -= four.x + four.y + four.z + four.w; /* a true comparison is -1 */
         if (before > count / 2)
             high = middle;
         else
@@ -129,8 +130,8 @@ static inline void face_numbers(
     numbers[2] = logs[BLUE] - logs[GREEN];
 }
 
-/* Finds the part of the face that is most like skin: its medians in `start`. Returns 0 where no
- * part is seen. */
+/* Finds the part of the face that is most like skin, and stores its medians in `start`. Returns 0
+ * if no part is seen. */
 EIGHT_STEP int face_start(int count, float usual, __global float *scratch, float *start) {
     const float from[3] = {FIRST_PART_FROM, SECOND_PART_FROM, THIRD_PART_FROM};
     const float to[3] = {FIRST_PART_TO, SECOND_PART_TO, THIRD_PART_TO};
@@ -159,8 +160,8 @@ EIGHT_STEP int face_start(int count, float usual, __global float *scratch, float
     return best > -INFINITY;
 }
 
-/* Inverts the lower triangle of Cholesky's root of a symmetric matrix, given by its rows 0; 1 0,
- * 1 1; 2 0, 2 1, 2 2. */
+/* Inverts the Cholesky root of a symmetric (3, 3) matrix. The matrix and the result are lower
+ * triangles by rows: 00; 10, 11; 20, 21, 22. */
 static inline void face_root_inverse(const float *of, float *inverse) {
     float a = sqrt(of[0]), b = of[1] / a, c = of[3] / a;
     float d = sqrt(of[2] - b * b), e = (of[4] - b * c) / d, f = sqrt(of[5] - c * c - e * e);

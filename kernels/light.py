@@ -18,7 +18,7 @@ PLANE = np.dtype([
     ("last_x", np.float32),  # a little less than the last column, so that the next one exists
     ("last_y", np.float32),
 ])  # fmt: skip
-# What a kernel is given of the light that it reads; `light_numbers` has the values.
+# What a kernel must know to read light; `light_numbers` has the values.
 LIGHT_FIELDS: tuple[tuple[Any, ...], ...] = (
     ("luma", PLANE),
     ("chroma", PLANE),
@@ -36,8 +36,8 @@ Affine = tuple[float, float, float, float, float, float]  # (2, 3) by rows: (x, 
 class LightPlanes:
     """The planes that light is read from.
 
-    planes: Y', Cb and Cr, (H, W) uint8 or uint16 codes, at least 2x2; three times
-    Y' for a grey frame.
+    planes: Y', Cb and Cr, (H, W) uint8 or uint16 codes, at least 2x2; three times Y' for a grey
+    frame.
     to_luma, to_chroma: px of the frame -> px of these planes.
     has_colour: False for a grey frame.
     """
@@ -52,8 +52,8 @@ class LightPlanes:
 class LightReader:
     """What kernels that read light share: copies of the planes, and the table of light.
 
-    So little is read of a frame that a copy costs less than buffers over its own planes, and
-    kernels keep their arguments.
+    So little of a frame is read that a copy costs less than buffers over the frame's own planes,
+    and the kernels keep their arguments.
     """
 
     def __init__(self, device: Device) -> None:
@@ -64,13 +64,13 @@ class LightReader:
 
     @property
     def planes(self) -> cl.Buffer:
-        """What `copy` has copied."""
+        """The planes that `copy` has copied."""
         return self._planes.buffer
 
     def copy(self, light: LightPlanes) -> bool:
         """Copy Y', Cb and Cr, one after another.
 
-        Returns True where a kernel needs its arguments anew: `planes` is another buffer, or the
+        Returns True when kernels need new arguments, because `planes` is another buffer or the
         light has another transfer function.
         """
         count, sample = sum(plane.size for plane in light.planes), light.planes[0].dtype

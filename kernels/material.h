@@ -9,7 +9,7 @@
 #define MATERIAL_ROW MATERIAL_ENVIRONMENT_PX
 #define MATERIAL_LAYER (MATERIAL_ENVIRONMENT_PX * MATERIAL_ENVIRONMENT_PX)
 
-/* A pixel's surface, whatever its weight. */
+/* The surface of the skin at a pixel, whatever the weight of the makeup there. */
 typedef struct {
     float coarse;    /* luminance of the bare skin without its fine texture */
     float shade;     /* the same relative to the mean of the region */
@@ -24,9 +24,9 @@ MATERIAL_INLINE float material_part(uint word) {
     return (float)(int)(word & ((1u << MATERIAL_ROOM_BITS) - 1u));
 }
 
-/* exposed: the share of the synthetic highlight and the reflection that is seen. The environment,
- * (MATERIAL_ENVIRONMENT_PX, MATERIAL_ENVIRONMENT_PX), begins at index `environment` of maps: words of
- * three channels, in steps of room_step. */
+/* Computes a pixel's surface. exposed: the share of the synthetic highlight and the reflection that
+ * is seen. The environment, (MATERIAL_ENVIRONMENT_PX, MATERIAL_ENVIRONMENT_PX), begins at index
+ * `environment` of maps: words of three channels, in steps of room_step. */
 MATERIAL_INLINE material_surface material_at(
     float coarse, float mean, float nx, float ny, float exposed, __global const float *maps,
     int environment, float room_step, const material *m) {
@@ -60,7 +60,7 @@ MATERIAL_INLINE material_surface material_at(
     ey = MATERIAL_LAST - colour_clamp(MATERIAL_LAST - ey, MATERIAL_LAST);
     int ix = (int)ex, iy = (int)ey;
     float fx = ex - (float)ix, fy = ey - (float)iy;
-    /* PoCL reads floats at eight places one by one, so that one word holds all three channels */
+    /* PoCL reads eight scattered places one by one, so one word holds all three channels */
     int k = environment + MATERIAL_ROW * iy + ix;
     float a = (1.0f - fx) * (1.0f - fy), b = fx * (1.0f - fy), c = (1.0f - fx) * fy, d = fx * fy;
     uint at = as_uint(maps[k]), beside = as_uint(maps[k + 1]);
@@ -75,7 +75,7 @@ MATERIAL_INLINE material_surface material_at(
     return s;
 }
 
-/* Light that is added to light: nearly `more` while there is room, and never above the ceiling. */
+/* What is added to `base`: nearly `more` while there is room; the sum stays below the ceiling. */
 MATERIAL_INLINE float material_more(float base, float more, float ceiling) {
     float room = colour_positive(ceiling - base) + MATERIAL_LEAST_ROOM;
     return room * more / (room + more);
@@ -92,7 +92,7 @@ MATERIAL_INLINE float material_sparkle(
     float u = px * m->cells, v = py * m->cells;
     int iu = (int)(u + (float)MATERIAL_CELLS_BEFORE_ZERO),
         iv = (int)(v + (float)MATERIAL_CELLS_BEFORE_ZERO);
-    /* within the cell, from the numbers before the shift, which lost digits of float32 */
+    /* within the cell, from u and v before the shift, in which float32 loses digits */
     float in_u = u - (float)(iu - MATERIAL_CELLS_BEFORE_ZERO),
           in_v = v - (float)(iv - MATERIAL_CELLS_BEFORE_ZERO);
     uint hash = (uint)iu * 374761393u + (uint)iv * 668265263u;
@@ -131,6 +131,7 @@ MATERIAL_INLINE float material_film(float bare, float laid, float opaque) {
     return root * root - seen - opaque * (bare - seen);
 }
 
+/* Multiplies light by a (3, 3) matrix, given by rows. */
 MATERIAL_INLINE colour_rgb material_turn(colour_rgb light, const float *rows) {
     colour_rgb out = {
         rows[0] * light.red + rows[1] * light.green + rows[2] * light.blue,
@@ -157,14 +158,14 @@ MATERIAL_INLINE colour_rgb material_paint(
     float above = shade - below;
     float product_y = m->luminance[0] * m->product[0] + m->luminance[1] * m->product[1] +
                       m->luminance[2] * m->product[2];
-    float bright = product_y / lit; /* of the product, as a multiple of the pixel's light */
+    float bright = product_y / lit; /* the product's luminance, as a multiple of the pixel's */
     float skin = m->undertone * bright;
-    /* what is dark is spared only where the product would lighten it */
+    /* dark places are spared only where the product would lighten them */
     float kept = colour_clamp(m->dark_offset + m->dark_gain * fine, 1.0f);
     float lighter = colour_positive(bright * shade - 1.0f);
     float opaque = weight * m->opacity * (1.0f - colour_min(1.0f - kept, lighter));
     weight *= kept;
-    /* as a multiple of the pixel's light; at the edge bright skin is none */
+    /* as a multiple of the pixel's light; bright skin at the makeup's edge is no highlight */
     float highlight = weight * (fine - matte) * broad / lit;
     float own = m->texture * m->keep_highlights * highlight;
     float mirror = weight * s->mirror;

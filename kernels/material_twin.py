@@ -35,7 +35,7 @@ from makeup_video.kernels.material import (
 _SHIFTS = ROOM_BITS * np.arange(3, dtype=np.uint32)[:, None, None]
 
 
-@dataclass(slots=True, eq=False)  # not frozen: that takes three times as long to make
+@dataclass(slots=True, eq=False)  # not frozen: a frozen one takes three times as long to make
 class Material:
     """A product under the light of a scene: the fields of MATERIAL, see there."""
 
@@ -77,8 +77,8 @@ _of_record = attrgetter(*(MATERIAL.names or ()))
 class Environment:
     """What glossy makeup mirrors, as the kernel takes it.
 
-    words: (16, 16) uint32, three channels of linear light each, red in the lowest bits.  step: of a
-    channel.
+    words: (16, 16) uint32, three channels of linear light each, red in the lowest bits.  step: the
+    light of one step of a channel.
     """
 
     words: np.ndarray
@@ -86,7 +86,7 @@ class Environment:
 
     @classmethod
     def of(cls, linear: np.ndarray) -> "Environment":
-        """linear: (3, 16, 16) float32, 0 or more."""
+        """Pack linear light, (3, 16, 16) float32, 0 or more."""
         most = 2**ROOM_BITS - 1
         step = float(linear.max()) / most
         if step < FAINTEST_STEP:
@@ -191,7 +191,7 @@ def sparkles(u: np.ndarray, v: np.ndarray, skin: Skin, m: Material) -> np.ndarra
 
 @dataclass(slots=True)
 class Varying:
-    """What of a Material may vary over a region, at every pixel.
+    """The numbers of a Material that may vary over a region, at every pixel.
 
     product, glint: (h, w, 3), in place of the material's own.  opacity: (h, w), likewise.
     shine: (h, w), factor of its sparkle, own_highlights and reflection.
@@ -204,7 +204,7 @@ class Varying:
 
 
 def even(m: Material) -> Varying:
-    """The same everywhere: what the material says itself."""
+    """The material's own numbers, the same everywhere."""
     one = np.ones((1, 1))
     product, glint = (np.reshape(rgb, (1, 1, 3)) for rgb in (m.product, m.glint))
     return Varying(product, m.opacity * one, glint, one)
@@ -235,12 +235,12 @@ def made_up(
     below = np.minimum(shade, 1)
     bright = (local.product @ np.array(m.luminance)) / lit  # as a multiple of the pixel's light
     through = m.undertone * bright
-    # what is dark is spared only where the product would lighten it
+    # dark places are spared only where the product would lighten them
     kept = np.clip(m.dark_offset + m.dark_gain * fine, 0, 1)
     lighter = np.maximum(bright * shade - 1, 0)
     opaque = weight * local.opacity * (1 - np.minimum(1 - kept, lighter))
     weight = weight * kept
-    # as a multiple of the pixel's light; at the edge bright skin is none
+    # as a multiple of the pixel's light; bright skin at the makeup's edge is no highlight
     highlight = weight * (fine - matte) * broad / lit
     breakup = np.clip(BREAKUP_GAIN * fine - BREAKUP_START, 0, BREAKUP_MOST)
     lobe = weight * skin.lobe * breakup
@@ -253,8 +253,8 @@ def made_up(
     shining = (1 - OWN_HUE) * lit[..., None] + OWN_HUE * seen
     extra = base * (shade - below)[..., None] + (own * highlight)[..., None] * shining
     laid = added(base * below[..., None], extra, m.ceiling)
-    # A thin film takes light from what is under it, so it deepens before it covers: mixing linear
-    # light would look milky. The root of light is close to what painting programs mix.
+    # A thin film takes light from what is under it, so it deepens before it covers. A mix of linear
+    # light would look milky. A mix of roots of light is close to what painting programs do.
     opaque = opaque[..., None]
     root = np.sqrt(seen)
     root = root + opaque * (np.sqrt(np.abs(laid)) - root)

@@ -4,8 +4,8 @@
  *
  * The rectangles of all regions lie below each other in one picture, the canvas, `stride` pixels
  * wide; each begins at a whole block. A block is BLOCK_ACROSS x BLOCK_DOWN luma pixels and their
- * chroma. Three kernels work one after another, `paint` up to twice for each coat, on regions
- * without layers and on those with layers:
+ * chroma. Three kernels run one after another. `paint` runs up to twice for each coat: on the
+ * regions without layers, and on those with layers. Their arguments:
  * - luma: the canvas, changed in place where there is weight.
  * - chroma: its Cb, then its Cr, likewise.
  * - codes: f32, Cb and Cr of each luma pixel, likewise.
@@ -18,8 +18,8 @@
  * - runs: the run that each work-group paints, RUN x BLOCK_DOWN pixels, counted row by row; runs
  *   without weight are left out.
  *
- * Chroma has kernels of its own: at half the index of luma, or behind a barrier, PoCL vectorises
- * the work on pixels by four, or not at all. */
+ * Chroma has kernels of its own. If `paint` read chroma at half the index of luma, or behind a
+ * barrier, PoCL would vectorise its work on pixels by four, or not at all. */
 
 #include "colour.h"
 #include "material.h"
@@ -36,7 +36,7 @@ MATERIAL_INLINE int paint_start_chroma(int run, int stride) {
     return run / in_row * (stride / BLOCK_ACROSS) + run % in_row * (RUN / BLOCK_ACROSS);
 }
 
-/* Copies chroma to each luma pixel. A work-item for each chroma sample.
+/* Copies chroma to each luma pixel. Each chroma sample has a work-item.
  * - size, chroma_size: of luma and of Cb, in samples. */
 __kernel void paint_spread(
     __global const SAMPLE *restrict chroma, __global float *restrict codes,
@@ -60,13 +60,13 @@ MATERIAL_INLINE float paint_between(
 }
 
 #ifdef PAINT_LAYERED
-/* The sum of a number of each layer, by how much the layer shows. */
+/* The sum of one number over all layers, by how much each layer shows. */
 #define PAINT_SUM(at)                                         \
     (share[0] * rows[at] + share[1] * rows[PAINT_ROW + (at)] + \
      share[2] * rows[2 * PAINT_ROW + (at)] + share[3] * rows[3 * PAINT_ROW + (at)])
 
-/* Puts the product that the layers make together at a pixel in the place of the material's own.
- * k: of the first share's neighbour at the top left.  layer: numbers of a map. */
+/* Replaces the material's product by the one that the layers make together at a pixel.
+ * k: index of the first layer's share, at the top left neighbour.  layer: numbers of a map. */
 MATERIAL_INLINE void paint_compose(
     material *m, __global const paint_region *region, __global const float *maps, int k, int wide,
     int layer, float fx, float fy) {
@@ -96,6 +96,8 @@ MATERIAL_INLINE void paint_compose(
 }
 #endif
 
+/* Paints one coat on runs, all of regions without layers or all with them. Each pixel has a
+ * work-item.  size: of luma, in samples. */
 __kernel void paint(
     __global SAMPLE *restrict luma, __global float *restrict codes,
     __global const float *restrict weights,
@@ -146,8 +148,8 @@ __kernel void paint(
     codes[at + size] = is_painted ? new.cr : old_cr;
 }
 
-/* Brings the mean of each block back to its chroma; where nothing was painted, that is the byte it
- * was. A work-item for each chroma sample. */
+/* Stores the mean of each block as its chroma; where nothing was painted, that is the old code.
+ * Each chroma sample has a work-item. */
 __kernel void paint_fold(
     __global SAMPLE *restrict chroma, __global const float *restrict codes,
     __global const paint_region *restrict regions, __global const int *restrict rows,

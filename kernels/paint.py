@@ -13,28 +13,31 @@ from makeup_video.kernels.program import Device, make_kernel
 from makeup_video.kernels.runs import RUN, WeightRuns
 from makeup_video.kernels.strokes import Line, PlacedLine, StrokeKernel
 
-# Rows and columns of a canvas are multiples, so that its pixels are whole pieces of WeightRuns.
+# Rows and columns of a canvas are multiples of these, so that its pixels are whole _PIECEs of
+# runs.py.
 _ROWS, _COLUMNS = 64, 32
 _ROOM = ENVIRONMENT_PX**2  # words of an environment
 LAYERS = 4  # the most on one region
 _ROW = 8  # numbers of a layer
-# Opacity below which the colour goes over into the mean of all layers: at a fifth of it, a rounding
-# of shares would change the colour of a place, and of the steep border beside it.
+# Opacity below which the colour gradually becomes the mean colour of all layers. With a fifth of
+# FAINT, the rounding of shares would change the colour of a place, and of the steep border beside
+# it.
 FAINT = 5e-4
 INSIDE = 1.001  # px before the end of a grid: the last place with a neighbour on each side
 
 # The structs of paint.cl. What a product is on a region, and how the region lies:
 PRODUCT = np.dtype([
-    # (2, 3) by rows, px of the rectangle -> coordinates that stick to the skin, which lie at -4096
-    # cells or more and below 2^23
+    # (2, 3) by rows, px of the rectangle -> coordinates that stick to the skin; in cells, these are
+    # at least -4096 and below 2^23
     ("to_patch", np.float32, 6),
     ("to_grid", np.float32, 6),  # the same to px of the grid, whose border is repeated
     ("room_step", np.float32),  # of the words of the environment
     ("material", MATERIAL),
     ("layer_count", np.int32),
-    # Of each layer its root of the product's light times its opacity, three channels; its opacity;
-    # its glint, three channels; its shine, a factor of the material's sparkle, own_highlights and
-    # reflection. 0 beyond the last one. They take the place of what the material says.
+    # For each layer: the root of the product's light times the opacity, three channels; the
+    # opacity; the glint, three channels; the shine, a factor of the material's sparkle,
+    # own_highlights and reflection. 0 beyond the last layer. Layers replace the material's product,
+    # opacity and glint.
     ("layers", np.float32, (LAYERS, _ROW)),
     ("mean_root", np.float32, 3),  # mean by share over the grid, for an opacity of 1, times FAINT
 ])  # fmt: skip
@@ -76,7 +79,7 @@ class MadeRegion(NamedTuple):
     without its fine texture.
     normals: (2 or 3, H, W) float32 on the same grid, x and y of the unit normal (x right, y down,
     in the patch; z is towards the viewer), and how exposed it is: the share of the synthetic
-    highlight and the reflection that is seen. With two, all of them is seen.
+    highlight and the reflection that is seen. With only two, all of both is seen.
     mean: luminance of the bare region.
     product: a record of PRODUCT.  words: (16, 16) uint32 or int32, of the environment.
     shares: (N, H, W) float32 on the grid, N at most LAYERS: how much of each layer shows, 0..1;
@@ -96,8 +99,8 @@ class MadeRegion(NamedTuple):
 class Canvas:
     """Copies of the rectangles that are painted on one frame, and the arguments of the kernels.
 
-    A canvas is kept from frame to frame and only grows, so that frames allocate nothing and the
-    kernels keep their arguments.
+    A canvas is kept from frame to frame and only grows. So frames allocate nothing, and the kernels
+    keep their arguments.
     """
 
     def __init__(self, device: Device) -> None:
@@ -107,7 +110,7 @@ class Canvas:
         # of each region of this frame: the number of its coat, its first row, its rectangle
         self._places: list[tuple[int, int, Rect]] = []
         self._coats: list[WeightRuns] = []
-        self._placed: list[WeightRuns] = []  # those of this frame
+        self._placed: list[WeightRuns] = []  # the coats of this frame
         self._coding: Coding | None = None  # of the arguments that the kernels have
         self._paints: dict[tuple[int, int], Any] = {}  # kernels by coat, and 1 with layers
 
@@ -120,9 +123,9 @@ class Canvas:
     ) -> list[np.ndarray]:
         """Make room for the rectangles of a frame, which do not overlap.
 
-        counts: of the coats on each, which are painted over each other; one each by default.
-        Returns a weight for each coat, those of one rectangle together, to be filled: (h, w)
-        float32, 0.
+        counts: how many coats each rectangle has, painted over each other; one by default.
+        Returns the weights of each coat, all 0, to be filled: (h, w) float32, rectangle by
+        rectangle.
 
         block: luma pixels of a chroma sample, across and down.  sample: dtype of the planes.
         """
@@ -158,9 +161,9 @@ class Canvas:
         ]
 
     def draw(self, lines: Iterable[tuple[int, Rect, Line]]) -> None:
-        """Fill weights with lines, before any other is filled.
+        """Fill weights with lines; to be called before other weights are filled.
 
-        lines: the number of a coat that was placed, the part of its rectangle, and the line.
+        lines: for each line the number of a placed coat, the part of its rectangle, and the line.
         """
         _, rows, stride = self._size
         placed = []
@@ -240,7 +243,7 @@ class Canvas:
 
     def _make_records(self, count: int) -> None:
         self._records = self.device.memory((count,), PAINT_REGION)
-        # views of its fields: to write records whole takes numpy several times as long
+        # views of its fields: writing whole records takes numpy several times as long
         numbers = self._records.array.view(np.float32).reshape(count, -1)
         self._means, self._products = numbers[:, _MEAN_AT], numbers[:, _MEAN_AT + 1 :]
         self._places_given = numbers[:, :_MEAN_AT].view(np.int32)
@@ -249,7 +252,7 @@ class Canvas:
     def _parts(self, planes: tuple[np.ndarray, ...]) -> list[tuple[np.ndarray, np.ndarray]]:
         """Views of the rectangles, on the planes and on the canvas."""
         block, parts = self._kind[0], []
-        for number in self._placed[0].numbers:  # other coats lie on the same
+        for number in self._placed[0].numbers:  # the other coats lie on the same rectangles
             _, first, rect = self._places[number]
             on_planes = [rect.luma(planes), *rect.chroma(planes, block)]
             on_canvas = self._luma.array[first:], *self._chroma.array[:, first // block[1] :]
@@ -259,7 +262,7 @@ class Canvas:
         return parts
 
     def _set_arguments(self, coding: Coding) -> None:
-        """Give the kernels their arguments, where these have changed."""
+        """Give the kernels their arguments, if these have changed."""
         if self._coding is coding or self._coding == coding:
             return
         size, chroma_size = np.int32(self._luma.array.size), self._chroma.array[0].size
@@ -282,7 +285,7 @@ class Canvas:
         return make_kernel(program, name)
 
     def _paint_kernel(self, depth: int, has_layers: int, coding: Coding) -> Any:
-        """The kernel that paints a coat on regions without layers, or with them."""
+        """The kernel that paints a coat on regions without layers, or on those with layers."""
         if (depth, has_layers) not in self._paints:
             kernel = self._kernel("paint", coding, _LAYERED if has_layers else DEFINITIONS)
             coat = self._coats[depth]

@@ -21,7 +21,7 @@ from makeup_video.kernels.planes import Rect, fold, spread
 class Layers:
     """Products that lie over each other on a region, composed at each pixel.
 
-    shares: of MadeRegion.  numbers: `layers` of PRODUCT, as far as there are any.
+    shares: as in MadeRegion.  numbers: the rows of `layers` of PRODUCT that are in use.
     mean_root: the first three numbers, summed by share over the grid, for an opacity of 1.
     """
 
@@ -32,7 +32,7 @@ class Layers:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PaintedRegion:
-    """A region of a frame, and the product on it: a MadeRegion before its product is a record.
+    """A region of a frame, and the product on it: a MadeRegion whose product is not yet a record.
 
     to_grid, to_patch: see PRODUCT.
     layers: in place of the material's product, opacity and glint; None for one product.
@@ -50,7 +50,7 @@ class PaintedRegion:
     layers: Layers | None = None
 
     def made(self) -> MadeRegion:
-        """The same as the kernel takes it."""
+        """The region as the kernel takes it."""
         numbers, root = np.zeros(PRODUCT["layers"].shape, np.float32), [0.0, 0.0, 0.0]
         count, shares = 0, None
         if self.layers is not None:
@@ -76,7 +76,7 @@ def paint_twin(
 ) -> tuple[np.ndarray, ...]:
     """Paint as `Canvas.paint` does, in float64, and return the new planes."""
     new = tuple(plane.copy() for plane in planes)
-    changes: dict[Rect, np.ndarray] = {}  # of the chroma of each pixel
+    changes: dict[Rect, np.ndarray] = {}  # in the chroma of each pixel
     for region in regions:
         luma, chroma = region.rect.luma(new), region.rect.chroma(new, block)
         before = changes.get(region.rect, 0.0)

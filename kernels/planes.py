@@ -1,4 +1,4 @@
-"""Rectangles of planes; and in numpy, chroma copied to luma pixels, and its change brought back."""
+"""Rectangles of planes; in numpy, chroma copied to luma pixels, and its change brought back."""
 
 import math
 from typing import NamedTuple
@@ -50,7 +50,7 @@ class Rect(NamedTuple):
         return Rect(x, y, right - x, bottom - y)
 
     def part(self, of: np.ndarray, rect: "Rect") -> np.ndarray:
-        """View of a rectangle within this one.  of: (h, w), this rectangle's own."""
+        """View of the part that `rect` covers of this rectangle's own array.  of: (h, w)."""
         if rect is self:
             return of
         x, y = rect.x - self.x, rect.y - self.y
@@ -87,7 +87,7 @@ def fold(
 ) -> None:
     """Add the mean change of each block to its Cb and Cr, in place; halves go up.
 
-    change: (2, h, w). The last block of an odd size has fewer pixels, and the mean is over those.
+    change: (2, h, w). The last block of an odd size has fewer pixels, and the mean is over these.
     """
     across, down = block
     for part, plane in zip(parts, change, strict=True):

@@ -1,13 +1,13 @@
-/* Makes of products, and the light on a region of a face, what paint.cl paints there: how the region
- * lies, the material, its layers, and what it mirrors. Host side: product.py, which defines the
- * structs product_*. Numpy twins, which explain each number: pipeline/render/product_twin.py.
+/* Turns products, and the light on a region of a face, into what paint.cl paints there: how the
+ * region lies, the material, its layers, and what it mirrors. Host side: product.py, which defines
+ * the structs product_*. Numpy twins, which explain each number: pipeline/render/product_twin.py.
  *
  * A work-item makes one region.
  * - regions: where they lie, their light and their products.
  * - rooms: the environment of each region's light, (16, 16, 3).
  * - coding: what all regions share.
  * - records: to be filled.
- * - words: likewise, of the environments, as material.h takes them. */
+ * - words: to be filled with the environments, as material.h takes them. */
 
 #include "colour.h"
 #include "eight.h"
@@ -117,7 +117,7 @@ EIGHT_STEP void product_material(
     m->ceiling = coding->ceiling;
 }
 
-/* The mean of a number by share. */
+/* Sets a number of `common` to its mean over the coats, by share. */
 #define PRODUCT_MEAN(name, shares)                                       \
     do {                                                                 \
         float sum = 0.0f;                                                \
@@ -125,7 +125,7 @@ EIGHT_STEP void product_material(
         common->name = sum;                                              \
     } while (0)
 
-/* Shares of a sum; equal ones where it is next to nothing. */
+/* Divides numbers by their sum; makes equal shares if the sum is next to nothing. */
 static inline void product_normalise(float *shares, int count) {
     float sum = 0.0f;
     for (int i = 0; i < count; ++i) sum += shares[i];
@@ -169,7 +169,7 @@ EIGHT_STEP void product_layers(
     record->layer_count = count;
 }
 
-/* The material of several coats: what is the same all over a surface, see _common in
+/* The material of several coats: the numbers that are the same all over a surface, see _common in
  * product_twin.py.
  * seen: how much each coat shows.  shines: how much it shines. */
 EIGHT_STEP void product_common(
@@ -194,7 +194,7 @@ EIGHT_STEP void product_common(
             brightest = i;
         }
     }
-    /* where the map of shine is 1, what shines is as strong as the layers' own mean there */
+    /* the map of shine multiplies these strengths, so they are divided by its sum */
     shining = eight_max(shining, PRODUCT_NONE);
     *common = made[brightest];
     float full = common->shimmer * product_largest(common->sparkle);
@@ -219,8 +219,8 @@ EIGHT_STEP void product_common(
     PRODUCT_MEAN(lobe, glints);
 }
 
-/* Blurs a room as a coat mirrors it, takes its mean off, and packs it into words; returns the step
- * of a channel. */
+/* Blurs a room as a coat mirrors it, subtracts most of its mean light, and packs it into words;
+ * returns the step of a channel. */
 EIGHT_STEP float product_room(
     __global const float *room, __global const product_coat *coat,
     __global const product_coding *coding, __global int *words) {

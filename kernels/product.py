@@ -1,4 +1,4 @@
-"""Host side of product.cl: products, and the light on regions of a face, to what paint.cl paints.
+"""Host side of product.cl, which turns products and the light on them into what paint.cl paints.
 
 Its numpy twins are in pipeline/render/product_twin.py.
 """
@@ -17,13 +17,13 @@ from makeup_video.kernels.program import Device
 # Sparkles. Sizes of their cells and radii: `_cells` of product_twin.py explains them.
 LEAST_CELL_PX = 4.0  # codecs remove smaller sparkles, or they look like grains of salt
 DISSOLVE = 0.15  # of the least cell: the sizes over which one grid of cells gives way to another
-SPOT, LEAST_SPOT_PX, LARGEST_SPOT = 0.28, 1.2, 0.3  # radius: of a cell, in px, at most of a cell
+SPOT, LEAST_SPOT_PX, LARGEST_SPOT = 0.28, 1.2, 0.3  # radius: in cells, least in px, most in cells
 DARK = 0.004  # of diffuse white: a fifth of a code of 8 bits counts for little below this
-NONE = 1e-6  # what shows so little has no colour of its own
-VEIL = 0.7  # of the room's mean light: what a reflection does not show
+NONE = 1e-6  # coats that show less than this have no colour of their own
+VEIL = 0.7  # share of the room's mean light that a reflection does not show
 
 # The structs of product.cl.
-# What of a coat no light and no place changes; colours are linear, in sRGB's primaries.
+# What neither light nor place changes of a coat; colours are linear, in sRGB's primaries.
 COAT = np.dtype([
     ("strength", np.float32),  # factor of opacity, glint, sheen, sparkle, highlights, reflection
     ("adaptation", np.float32),  # how far the product takes the light's colour and strength
@@ -42,7 +42,7 @@ COAT = np.dtype([
     ("fresnel_rim", np.float32),
     ("room", np.float32),  # texels of the environment for a unit of a reflected ray
     ("shimmer", np.float32),
-    ("cell", np.float32),  # the smallest size of a sparkle's cell, of the eyes' distance
+    ("cell", np.float32),  # the smallest size of a sparkle's cell, in the eyes' distance
     ("most_doublings", np.int32),  # of that size, on small faces
     ("dark_gain", np.float32),
     ("dark_offset", np.float32),
@@ -55,7 +55,7 @@ REGION = np.dtype([
     ("strength", np.float32),  # of the light on the region
     ("colour", np.float32, 3),
     ("direction", np.float32, 3),
-    ("seen", np.float32, LAYERS),  # how much each coat shows; of several coats
+    ("seen", np.float32, LAYERS),  # how much each coat shows; for several coats only
     ("coat_count", np.int32),
     ("coats", COAT, LAYERS),
 ])  # fmt: skip
@@ -98,7 +98,7 @@ class LitRegion(NamedTuple):
     coats: (N,) records of COAT, N from 1 to LAYERS, in the order of painting.  amount: factor of
     their strength.
     strength, colour, direction, room: see SceneLight; the strength is that on the region.
-    seen: how much each coat shows on the region; of several coats.
+    seen: how much each coat shows on the region; for several coats only.
     """
 
     to_px: Sequence[float]
@@ -140,10 +140,10 @@ class ProductKernel:
     def __call__(
         self, regions: Sequence[LitRegion], coding: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Make the products of regions: (N,) records of PRODUCT, and (N, 256) words of their
-        environments, all valid until the next call.
+        """Make the products of regions.
 
-        coding: a record of CODING.  It must not change afterwards.
+        Returns (N,) records of PRODUCT, and (N, 256) words of their environments, all valid until
+        the next call.  coding: a record of CODING.  It must not change afterwards.
         """
         if len(regions) > len(self._regions.array):
             self._make_room(2 * len(regions))

@@ -30,7 +30,7 @@ _Made = TypeVar("_Made")
 
 
 def source_of(name: str) -> str:
-    """Read a file of this package and put its includes in place, so that none is needed on disk."""
+    """Read a file of this package with its includes in place, so that none is needed on disk."""
     text = (resources.files(__package__) / name).read_text(encoding="utf-8")
     return _INCLUDE.sub(lambda match: source_of(match[1]), text)
 
@@ -38,8 +38,8 @@ def source_of(name: str) -> str:
 def make_kernel(program: Any, name: str) -> Any:
     """Make a kernel of a program, in one thread at a time.
 
-    PyOpenCL generates Python for it, under a name that it looks for first; two threads would take
-    the same name, and Python would warn.
+    PyOpenCL generates Python for a kernel, under a name that it first checks to be free. Two
+    threads would take the same name, and Python would warn.
     """
     with _one_kernel:
         return cl.Kernel(program, name)
@@ -51,21 +51,19 @@ def _renew_lock() -> None:
 
 
 _one_kernel = threading.Lock()
-if hasattr(os, "register_at_fork"):  # another thread may hold it when a process is forked
+if hasattr(os, "register_at_fork"):  # another thread may hold the lock when a process is forked
     os.register_at_fork(after_in_child=_renew_lock)
 
 
 class Device:
     """An OpenCL device and its queue. Programs and kernels are built at first use and kept.
 
-    watch: for measurements: (device, work-items) -> what every launch runs within; None for
-    nothing.
-    on_compile: called before a program is compiled that no process has compiled before; None for
-    nothing.
+    watch: for measurements: (device, work-items) -> a context in which each launch runs; or None.
+    on_compile: called before compiling a program that no process has compiled before; or None.
     """
 
     on_compile: ClassVar[Callable[[], None] | None] = None
-    _has_saved: ClassVar[bool] = False  # this process, a program for later ones
+    _has_saved: ClassVar[bool] = False  # True when this process has saved a program for later ones
     watch: "ClassVar[Callable[[Device, int], AbstractContextManager[None]] | None]" = None
 
     def __init__(self, choice: str = "") -> None:
@@ -85,9 +83,9 @@ class Device:
         self._programs: dict[tuple[str, int, np.dtype, tuple[int, int], Definitions], Any] = {}
 
     def once(self, make: "Callable[[Device], _Made]") -> _Made:
-        """Return what `make` makes of this device: made at the first call with it, and kept.
+        """Return what `make` makes of this device: made at the first call with `make`, and kept.
 
-        What is made refers to the device weakly: else both would wait for the garbage collector.
+        The result refers to the device weakly: otherwise both would wait for the garbage collector.
         """
         if make not in self._made:
             self._made[make] = make(weakref.proxy(self))
@@ -136,14 +134,14 @@ class Device:
     ) -> Any:
         """Build a program from any source.
 
-        PoCL keeps what it compiles on disk for the next process, by the source and the options.
+        PoCL keeps the compiled program on disk for the next process, by source and options.
         sample: what SAMPLE stands for; None for a source without SAMPLE.  block: BLOCK_ACROSS and
         BLOCK_DOWN.
         """
         return self._compiled(*_spelled(source, transfer, sample, block, definitions))
 
     def _kept(self, source: str, options: list[str]) -> Any:
-        """The program as an earlier process has left it, or a new one, left for later ones."""
+        """The program that an earlier process has saved, or a new one, which may be saved."""
         (device,) = self.context.devices
         if device.platform.name != POCL:
             return self._compiled(source, options)
@@ -153,7 +151,7 @@ class Device:
             if Device.on_compile is not None and not file.exists():
                 Device.on_compile()
             program = self._compiled(source, options)
-            # to save all of them takes as long as to build them the first time
+            # Saving all programs takes as long as building them the first time, so one is enough.
             if not Device._has_saved or not file.exists():
                 Device._has_saved |= save_binary(program, file)
         return program

@@ -1,4 +1,4 @@
-"""Which pixels of a canvas are painted: runs of a row, or of a few, that hold any weight."""
+"""Which pixels of a canvas are painted: runs, one or a few rows high, that hold any weight."""
 
 from collections.abc import Sequence
 
@@ -8,14 +8,14 @@ from makeup_video.kernels.program import Device
 # Pixels of a row that a work-group paints. PoCL works on eight at once, and longer runs hold more
 # pixels without makeup.
 RUN = 8
-_PIECE = 256  # runs: OpenBLAS sums so few in one thread
+_PIECE = 256  # runs: few enough for OpenBLAS to sum them in one thread
 _ONES = np.ones(RUN, np.float32)
 
 
 class WeightRuns:
-    """What is painted on the rectangles of a canvas in one go: weights, and the runs that hold any.
+    """One coat on the rectangles of a canvas: its weights, and the runs that hold any weight.
 
-    numbers: of its regions.  used_rows: of the canvas.
+    numbers: of the coat's regions.  used_rows: rows of the canvas that the coat uses.
     """
 
     def __init__(self, device: Device, weights: np.ndarray, down: int) -> None:

@@ -23,7 +23,7 @@
 #endif
 #endif
 
-/* The densities of all coats at eight places of a chart; row: theirs on the chart. */
+/* The densities of all coats at eight places of a chart.  row: the places' rows on the chart. */
 static inline void shares_found(
     __global const ushort *chart, float8 row, int x, float8 *densities) {
     row = eight_clamp8(row, 0.0f, SHARES_LAST_ROW);
@@ -43,7 +43,7 @@ static inline void shares_found(
     for (int i = 0; i < SHARES_COATS; ++i) densities[i] *= 1.0f / SHARES_ONE;
 }
 
-/* The densities above an eye and below it, in one. */
+/* Joins the densities above an eye and below it. */
 EIGHT_STEP void shares_joined(
     const shares_given *eye, __global const ushort *upper_chart,
     __global const ushort *lower_chart, __global const float *lids, int x, int at,

@@ -17,21 +17,21 @@ from makeup_video.kernels.paint import LAYERS
 from makeup_video.kernels.program import Device
 from makeup_video.kernels.surface import LID_HW
 
-# Rows of a chart: so many for a height of 1, up to this height.
+# Rows of a chart: how many for a height of 1, and the height up to which it reaches.
 CHART_ROWS, CHART_HEIGHT = 64, 3
 _ROWS = CHART_ROWS * CHART_HEIGHT + 1
 FAINTEST = 1 / 512  # a fainter density changes no code
 _EYES = 2
-KEPT = 16  # charts of lids that unfold, of one look: a video may be painted in forty looks
-_LOWER = -1  # the key of the chart below an eye, beside those of lids that unfold so far
-_ONE = 2**16 - 1  # a density of 1 on the device's charts, so that they stay in a near cache
+KEPT = 16  # most charts of unfolding lids kept for a look: a video may be painted in forty looks
+_LOWER = -1  # the key of the chart below an eye; other keys say how far a lid is unfolded
+_ONE = 2**16 - 1  # a density of 1 on the device's charts: with 16 bits, they stay in a near cache
 
 # The structs of shares.cl.
 GIVEN = np.dtype([
     ("count", np.int32),  # of coats
     ("is_upper", np.int32),  # 1 where a coat lies above the eye
     ("is_lower", np.int32),  # 1 where a coat lies below it
-    ("rows_down", np.float32),  # of the chart below the eye, for one px of the frame
+    ("rows_down", np.float32),  # rows of the chart below the eye, for one px of the frame
     ("fade", np.float32),  # per px of the frame: how quickly each side ends beyond the other
     ("opacities", np.float32, LAYERS),
 ])  # fmt: skip
@@ -80,7 +80,7 @@ class ShareKernel:
     def __init__(self, device: Device) -> None:
         self._device = device
         self._given, self._made = device.memory((_EYES,), GIVEN), device.memory((1,), MADE)
-        # views of its fields: to write records whole takes numpy several times as long
+        # views of its fields: writing whole records takes numpy several times as long
         numbers = self._given.array.view(np.float32).reshape(_EYES, -1)
         self._flags, self._steps = numbers[:, :3].view(np.int32), numbers[:, 3:5]
         self._opacities = numbers[:, 5:]
@@ -100,13 +100,14 @@ class ShareKernel:
     ) -> tuple[np.ndarray, list[list[float]], np.ndarray]:  # fmt: skip
         """Lay coats around both eyes.
 
-        look: what the charts belong to. They are copied to the device, and the last of them kept as
-        long as it lives.  charts: above an eye, by how far its lid is unfolded, and below it, (193,
-        48, N) float32, 0..1; None where no coat lies, but not both.  opacities: of the N coats, 1
-        to LAYERS, in the order of painting.
-        Returns (N, eyes, 32, 48), how much of each coat shows; its sums, by eye and coat; and
-        (eyes, 32, 48), 1 where there is any coat. Of a single coat (0, eyes, 32, 48) and its
-        density.
+        look: the object that the charts belong to. They are copied to the device, and the last of
+        them are kept as long as this object lives.
+        charts: for the skin above an eye, a function of how far the lid is unfolded; for the skin
+        below it, an array; each chart is (193, 48, N) float32, 0..1. None where no coat lies, but
+        not both.  opacities: of the N coats, 1 to LAYERS, in the order of painting.
+        Returns how much of each coat shows, (N, eyes, 32, 48); the sums of that, by eye and coat;
+        and (eyes, 32, 48), 1 where there is any coat. For a single coat the first is empty, (0,
+        eyes, 32, 48), and the last is its density.
         """
         count, (upper, lower) = len(opacities), charts
         number, lids = len(eyes.up), self._lids.array
@@ -128,7 +129,7 @@ class ShareKernel:
                         used = _LOWER, *eyes.steps
                         del packed[next(key for key in packed if key not in used)]
                     packed[step] = self._packed(upper(step))
-        # the kernel does not read a chart of a side without coats
+        # any chart will do for a side without coats: the kernel does not read it
         above = [packed[_LOWER if upper is None else step] for step in eyes.steps]
         below = above[0] if lower is None else packed[_LOWER]
         for at, buffer in enumerate((above[0], above[-1], below), 1):

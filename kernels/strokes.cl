@@ -2,9 +2,9 @@
  * the struct strokes_job. Numpy twin: pipeline/render/strokes_twin.py.
  *
  * A work-item makes eight rows of a job, eight pixels of a row at once.
- * - jobs: where each lies, and what it is.
- * - maps: for each place of a job's grid, of two strokes, how far it lies above the lower border and
- *   below the upper one; one grid after another.
+ * - jobs: the lines, and where each lies.
+ * - maps: for each place of a job's grid, and for each of two strokes, how far the place lies above
+ *   the lower border and below the upper one; one grid after another.
  * - out: the canvas, `stride` pixels wide. Pixels of a job's rectangle are set, others of the same
  *   eight become 0. */
 
@@ -34,7 +34,8 @@ static inline float8 strokes_covered(float8 above, float8 below, float blur, flo
     float half_px = 0.5f * blur;
     float8 covered = eight_min8(above, (float8)half_px) + eight_min8(below, (float8)half_px);
     covered = eight_clamp8(covered * (1.0f / blur), 0.0f, 1.0f);
-    /* from twice the width on all of it, so that nothing jumps where a picture gets softer */
+    /* The lower border's own fade counts from blur = soft on, and fully from twice that on, so that
+     * nothing jumps where a picture gets softer. */
     float share = clamp(blur / soft - 1.0f, 0.0f, 1.0f);
     if (share == 0.0f)
         return covered;

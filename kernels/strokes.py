@@ -13,7 +13,7 @@ from makeup_video.kernels.definitions import Definitions
 from makeup_video.kernels.planes import Rect
 from makeup_video.kernels.program import Device, Memory
 
-MAPS = 4  # borders of two strokes, which are interpolated at once
+MAPS = 4  # both borders of two strokes, which are interpolated at once
 _ROWS = 8  # of pixels for a work-item
 
 # The struct of strokes.cl.
@@ -23,7 +23,7 @@ JOB = np.dtype([
     ("left", np.int32),  # its first column there
     ("wide", np.int32),
     ("high", np.int32),
-    ("maps", np.int32),  # places before this job's first
+    ("maps", np.int32),  # index of this job's first place
     ("count", np.int32),  # of its pairs of strokes
     ("grid_wide", np.int32),
     ("grid_high", np.int32),
@@ -43,10 +43,10 @@ class Line(NamedTuple):
 
     to_px: (2, 3) by rows, px of the grid -> px of the picture.
     maps: (P, H, W, 4) float32, for each pair of strokes how far a place lies above the lower border
-    and below the upper one, px of the picture; an odd stroke stands twice. Where several meet, the
-    densest counts.
-    blur_px, soft_px: over how many px of the picture the upper border fades, and the lower one, at
-    least 1 and at most as many as above.
+    and below the upper one, px of the picture; a stroke without a partner stands twice. Where
+    several strokes meet, the densest counts.
+    blur_px, soft_px: over how many px of the picture the upper border fades, and over how many the
+    lower one does; soft_px is at least 1 and at most blur_px.
     """
 
     to_px: Sequence[float]

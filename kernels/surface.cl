@@ -32,7 +32,7 @@ EIGHT_STEP void surface_smooth(float *points, int count) {
     for (int i = 0; i < more; ++i) points[i] = smooth[i];
 }
 
-/* Carries a lash line on beyond the corners of the eye, in its direction there; it settles. */
+/* Continues a lash line beyond the corners of the eye, in its direction there, until it settles. */
 EIGHT_STEP void surface_settle(__global float *heights) {
     int inner_at = (int)LID_INNER_CORNER + 1, outer_at = (int)LID_OUTER_CORNER;
     float inner = eight_clamp(0.5f * (heights[inner_at] - heights[inner_at + 2]), -1.0f, 1.0f);
@@ -61,7 +61,7 @@ EIGHT_STEP void surface_border(const float *x, const float *y, __global float *p
 }
 
 /* How far within the lips' border eight px of a row lie, negative outside: the distance to the
- * nearest of its straight parts, and its winding number. */
+ * nearest of its straight parts, with a sign by its winding number. */
 EIGHT_STEP float8 surface_within8(float8 x, float y, __global const float *part) {
     float8 nearest = (float8)1e9f;
     int8 winding = (int8)0;
@@ -118,7 +118,7 @@ EIGHT_STEP void surface_curve(
         count = 4 * (count - 1) + 1;
     }
     for (int i = 1; i < count; ++i)
-        x[i] = eight_max(x[i], x[i - 1]); /* seen from the side, rings fold over */
+        x[i] = eight_max(x[i], x[i - 1]); /* on a face seen from the side, rings fold over */
     int columns = is_lid ? LID_WIDE : is_fine ? PATCH_WIDE : LIPS_WIDE;
     float step = is_lid || is_fine ? 1.0f : 2.0f, first = is_lid || is_fine ? 0.0f : 0.5f;
     __global float *heights = scratch + CURVES_AT + 2 * curve * PATCH_WIDE;
@@ -174,7 +174,7 @@ EIGHT_STEP void surface_lips_column(int x, __global float *scratch) {
     columns[SEAM * PATCH_WIDE] = 0.5f * (curves[6 * PATCH_WIDE] + curves[14 * PATCH_WIDE]);
 }
 
-/* The same for a column of the patch. */
+/* Computes what all pixels in a column of the patch share. */
 EIGHT_STEP void surface_patch_column(int x, __global float *scratch) {
     __global const float *y = scratch + CURVES_AT + 16 * PATCH_WIDE,
                          *corners = scratch + CORNERS_AT;
@@ -182,7 +182,8 @@ EIGHT_STEP void surface_patch_column(int x, __global float *scratch) {
     const int rows[4] = {TOP, UPPER, BOTTOM, LOWER};
     for (int i = 0; i < 4; ++i) out[rows[i] * PATCH_WIDE] = y[2 * i * PATCH_WIDE + x];
     for (int i = 1; i < 4; i += 2) {
-        /* across a contour: distances down its column would make steps where it is steep */
+        /* Distances are taken across a contour. Down a column, they would make steps where the
+         * contour is steep. */
         float slope = surface_slope(y + 2 * i * PATCH_WIDE, x, PATCH_WIDE, 1.0f);
         out[(rows[i] + 1) * PATCH_WIDE] = 1.0f / colour_sqrt(1.0f + slope * slope);
     }
@@ -202,9 +203,9 @@ EIGHT_STEP void surface_patch_column(int x, __global float *scratch) {
     out[PER_LOWER * PATCH_WIDE] = 1.0f / eight_max(bottom - lower, 1.0f);
 }
 
-/* How many rows a curve of the mesh lies above row `from`, where the curve below it was put, in a
- * column of a lid's grid: at least LID_LEAST, and beyond the corners not much less than the two
- * curves lie apart just inside them. */
+/* How many rows a curve of the mesh lies above row `from`, in a column of a lid's grid. `from` is
+ * where the curve below was put. The result is at least LID_LEAST, and beyond the corners not much
+ * less than the two curves lie apart just inside them. */
 static inline float surface_lid_gap(
     float from, __global const float *lower, __global const float *higher, int x) {
     float gap = from - higher[x];
@@ -219,12 +220,12 @@ static inline float surface_lid_gap(
     return eight_max(gap, LID_LEAST);
 }
 
-/* The row of a curve that is held on the grid, above the curve below it. */
+/* The row of a curve, held on the grid and above the curve below it. */
 static inline float surface_lid_held(float row, float below, float share) {
     return eight_clamp(row, share * below, below - LID_LEAST);
 }
 
-/* The same for a column of a lid's grid. */
+/* Computes what all pixels in a column of a lid's grid share. */
 EIGHT_STEP void surface_lid_column(int x, float step_px, __global float *scratch) {
     __global const float *y = scratch + CURVES_AT, *z = y + PATCH_WIDE;
     __global const float *creases = y + 2 * CREASE_LINE * PATCH_WIDE;
@@ -332,7 +333,7 @@ EIGHT_STEP void surface_lips_pixels(int x, int y, __global float *scratch, __glo
     __global const float *upper = columns + LIP * PATCH_WIDE, *lower = upper + OF_LIP * PATCH_WIDE;
     int at = y * LIPS_WIDE + x;
     float row = 2.0f * (float)y + 0.5f;
-    /* with fractions of a px, or the line where the lips meet would have steps */
+    /* with fractions of a px: otherwise the line where the lips meet would have steps */
     float8 share =
         eight_clamp8(0.5f * (EIGHT(columns + SEAM * PATCH_WIDE) - row) + 0.5f, 0.0f, 1.0f);
     int8 is_upper = share > 0.5f;
@@ -397,7 +398,7 @@ EIGHT_STEP void surface_lid_pixels(int x, int y, __global float *scratch, __glob
     PUT(out + 5 * LID_SIZE + at, below_lower * EIGHT(column + LOWER_PX * PATCH_WIDE));
 }
 
-/* The mean light of a region's areas; of all that was read where they hold less than one pixel. */
+/* The mean of a region's light in its areas; if those hold less than a pixel, of all of it. */
 EIGHT_STEP float surface_mean(__global const float *scratch, int is_lips, int wide, int high) {
     float8 seen = (float8)0.0f, area = (float8)0.0f, all = (float8)0.0f;
     int first = is_lips ? 0 : LID_LIT_FROM, end = is_lips ? wide / 8 : LID_LIT_TO;
@@ -432,7 +433,7 @@ static inline void surface_blur_down(
     }
 }
 
-/* The same for the columns of a lid's grid that light is not read for. */
+/* Stores zeros likewise, for the columns of a lid's grid that light is not read for. */
 static inline void surface_no_light(__global float *blurred, int x, int y) {
     for (int k = LIGHT; k <= AREA; ++k) {
         __global float *row = blurred + k * BLURRED + y * PADDED + PAD;

@@ -32,7 +32,7 @@ enum { LASH_LINE, CREASE_LINE, FOLD_LINE, BROW_LINE, LOWER_LINE };
 enum { LIGHT, AREA, LIGHT_BELOW, AREA_BELOW, SLOPE_X, SLOPE_Y };
 
 /* Gaussians from the middle outwards, of LIPS_SIGMA_PX, LID_SIGMA_PX and SEAM_SIGMA_PX in
- * surface.py, cut off at four sigmas; tests/kernels/test_surface.py compares them. */
+ * surface.py, cut off at four sigmas; tests/kernels/test_surface.py checks them. */
 __constant float surface_lip_taps[13] = {
     0.13298453f, 0.12579799f, 0.10648569f, 0.080659203f, 0.054671578f, 0.03315999f,
     0.0179975f, 0.0087408777f, 0.00379877f, 0.0014773248f, 0.00051410758f, 0.00016009477f,
@@ -42,13 +42,14 @@ __constant float surface_lid_taps[8] = {
     0.00085684267f, 0.00011524744f};
 __constant float surface_seam_taps[4] = {0.49867645f, 0.22831072f, 0.021910314f, 0.00044074337f};
 
-/* The slope at row[at], as np.gradient computes it, of `count` numbers; per_step: 1 / their
- * distance. */
+/* The slope of a row of `count` numbers at index `at`, as np.gradient computes it.  per_step: 1 /
+ * the distance between numbers. */
 static inline float surface_slope(__global const float *row, int at, int count, float per_step) {
     int before = at > 0 ? at - 1 : 0, after = at < count - 1 ? at + 1 : at;
     return (row[after] - row[before]) * (after - before == 2 ? 0.5f * per_step : per_step);
 }
 
+/* A length with its sign, at least 0.5 away from 0. */
 static inline float surface_at_least_half(float x) {
     return x < 0.0f ? eight_min(x, -0.5f) : eight_max(x, 0.5f);
 }

@@ -26,7 +26,7 @@ from makeup_video.kernels.program import LOCAL_SIZE, Device
 
 # Rows and columns of the patch of the lips, of the lips' grid, and of a lid's grid.
 PATCH_HW, LIPS_HW, LID_HW = (80, 112), (40, 56), (32, 48)
-RING_POINTS = 11  # of half a ring of the lips, corner to corner
+RING_POINTS = 11  # of half a ring of the lips, from corner to corner
 LASH_POINTS, BROW_POINTS = 9, 5  # of a curve around the eye; of the brow's lower edge
 LID_CURVES = 5  # of each eye: lash line, crease, fold, brow, lower lash line
 _POINTS, _REGIONS = 478, 3
@@ -37,46 +37,48 @@ BETWEEN = (0.19, 0.57, 0.88)
 # addition changes on the way to the opening.
 FULLER, FULLER_CHANGE = (-0.30, 0.45), (0.75, -1.0)
 STEEPEST = 2.5
-# Of the mouth's width, how far beyond the contours the mask is trusted: out over the skin, and
-# within the opening, whose contour lies on bare lip where a mouth is round.
+# How far beyond the contours the mask is trusted, in widths of the mouth: out over the skin, and
+# into the opening, whose contour lies on bare lip where a mouth is round.
 REACH, OPENING_REACH = 0.06, 0.15
-LIMIT_STEEPNESS = 2.5  # odds per px beyond the contours' reach
-# Where the mask is unsure, the contours count; both draw the border a little too tight.
+LIMIT_STEEPNESS = 2.5  # log-odds per px beyond that reach
+# Where the mask is unsure, the contours count: with this share, up to this many px. Both draw the
+# border a little too tight, so WIDER is added to the log-odds.
 CONTOUR_SHARE, CONTOUR_MOST = 0.25, 4.8
 WIDER = 0.25
-RIM_START = 0.8  # twice the way from border to opening where the rim begins
-# Added to the log-odds at the corners of an open mouth: the net mostly misses lips about as narrow
-# as its px. From and to which share of the way from the middle to a corner it grows, and
-# how far the middle opens, in widths of the mouth, where all of it counts.
+RIM_START = 0.8  # twice the share of the way from border to opening at which the rim begins
+# CORNER_MORE is added to the log-odds at the corners of an open mouth, because the net mostly
+# misses lips about as narrow as its px. It grows from CORNER_FROM to CORNER_TO of the way from the
+# middle to a corner, and counts fully where the middle opens by OPENED widths of the mouth.
 CORNER_MORE, CORNER_FROM, CORNER_TO, OPENED = 1.0, 0.5, 0.9, 0.12
-# Taken from the lower lip of a shut mouth, away from its corners: the net takes some of the shade
-# below the lip for lip.
+# Subtracted from the log-odds of the lower lip of a shut mouth, away from the corners: the net
+# takes some of the shade below the lip for lip.
 LOWER_LESS = 0.75
-# Of half the edge: how far the edge is pushed over the line where shut lips meet, and onto the lips
-# where the mouth is open: on photos, 3 % of the lips' area is then painted between them.
+# How far the edge is pushed over the line where shut lips meet, and onto the lips where the mouth
+# is open, as shares of half the edge. On photos, 3 % of the lips' area is then painted between the
+# lips.
 OVER_SEAM, ONTO_LIP = 0.3, 0.5
 
 # The lids: first column and step of the grid, in widths of the eye.
 LID_LEFT, LID_STEP = -0.92, 2.17 / 47
-# The hair of a brow ends this far below the mesh's lower edge of it, the median over labelled
-# photos: 0.08 above the middle of the eye, 0.03 at both ends.
+# The hair of a brow ends this far below the mesh's lower edge of the brow. It is the median over
+# labelled photos: 0.08 above the middle of the eye, 0.03 at both ends.
 LID_BROW_BELOW = 0.06 / LID_STEP
 LID_FOLD_UP = 1.5  # the fold lies half-way from the crease (1) to the brow (2), on average
-# The mesh's rings close at the corners of the eye, where their heights would collapse. From these
-# columns on, the crease comes down to the lash line, and the fold to the crease, by no more than so
-# many rows for each column, on the inner and the outer side; LID_LEAST rows apart they stay.
+# The mesh's rings close at the corners of the eye, where their heights would collapse. So from the
+# columns LID_SEEDS on, the crease comes down to the lash line, and the fold to the crease, by at
+# most LID_FALLS rows per column, on the inner and the outer side. They stay LID_LEAST rows apart.
 LID_SEEDS = tuple(round((out - LID_LEFT) / LID_STEP) for out in (-0.41, 0.42))
 LID_FALLS = (0.45, 0.25)
 LID_LEAST = 0.05 / LID_STEP
-LID_FOLD_LEAST = 0.25  # of the way from the crease to the brow, the fold's least
+LID_FOLD_LEAST = 0.25  # least height of the fold, as a share of the way from the crease to the brow
 # The grid's unit is the eye's width. Where an eye is turned away or a brow is raised, curves would
 # lie beyond the grid's first row. So each curve's row is held to at least a share of the row of the
 # curve below it. The first row's heights are then at least LID_HIGHEST, where the softest shadow up
 # to the brow ends.
 LID_HIGHEST = 2.6
-LID_HELD = 0.5  # of crease and fold; that of the brow follows
+LID_HELD = 0.5  # the share for crease and fold; the brow's follows from LID_HIGHEST
 LID_BROW_HELD = 1 - (2 - LID_FOLD_UP) / (LID_HIGHEST - LID_FOLD_UP)
-# Beyond the corners the lash lines go on in their direction, and settle within this many columns.
+# Beyond the corners the lash lines go on in their direction, and settle within LID_SETTLE columns.
 LID_CORNERS = tuple((out - LID_LEFT) / LID_STEP for out in (-0.5, 0.5))
 LID_SETTLE = 0.04 / LID_STEP
 LID_STEEPEST = 2.0
@@ -85,26 +87,30 @@ LID_TURNS = tuple(round((out - LID_LEFT) / LID_STEP) for out in (-0.5, 0.56))
 # The mesh's lids face down, and so does the skin up to the brow; but a lid lies on a ball. So
 # LID_LEAN is subtracted from the slope above the eye, and LID_ROUNDNESS times the height below the
 # lid's middle is added, so lashes face down and the crease up. That goes on to the height
-# LID_ROUND_TO: if skin faced the light again, it would have a second highlight. Skin below the
-# lower lash line does not lie on the ball: there LID_BELOW alone is added, whatever the lids do.
+# LID_ROUND_TO: if skin above faced the light again, it would have a second highlight. Skin below
+# the lower lash line does not lie on the ball: there LID_BELOW alone is added, whatever the lids
+# do.
 LID_LEAN, LID_ROUNDNESS, LID_ROUND_TO, LID_BELOW = 0.6, 1.0, 1.5, 0.4
-# Where a lid's light is averaged: heights (lash line 0, crease 1), distance from the middle.
+# Where a lid's light is averaged: from and to which height (lash line 0, crease 1), and how far
+# from the middle, in widths of the eye.
 LID_LIGHT_FROM, LID_LIGHT_TO, LID_LIGHT_BESIDE = 0.15, 1.25, 0.55
 
-# First and end of the columns, in eights, that light is read for: all columns of that area.
+# The columns that light is read for, first and end, in eights: all columns of the area above.
 LID_LIT = (
     int((-LID_LIGHT_BESIDE - LID_LEFT) / LID_STEP) // 8,
     int((LID_LIGHT_BESIDE - LID_LEFT) / LID_STEP) // 8 + 1,
 )
 
-# Light is blurred within an area: sigma in px of the grid, and how much the mean counts far away.
+# Sigmas in px of the grid: of the blur of light within an area, and of the blur of the lips'
+# normals.
 LIPS_SIGMA_PX, LID_SIGMA_PX, SEAM_SIGMA_PX = 3.0, 1.8, 0.8
-# Where the lips meet there is a furrow without highlights, though between a lip that faces down and
-# one that faces up normals face the viewer: they grow from 1.5 to 5 px of the patch beside it.
+# Where the lips meet there is a furrow without highlights, although the normals between a lip that
+# faces down and one that faces up face the viewer. Beside the furrow, highlights grow from 1.5 to 5
+# px of the patch.
 FURROW_PER_PX = 1 / 3.5
 FURROW = 1.5 * FURROW_PER_PX
-FAINT = 0.02
-LEAST_SQUARE = 1e-6  # of a length, so that none divides by zero
+FAINT = 0.02  # weight of the mean light in the blurs, which counts far from an area
+LEAST_SQUARE = 1e-6  # least squared length, so that nothing divides by zero
 
 # The buffers of surface.cl, all of float32. A point of the frame lies at
 # to_own (point - near) + origin in a region's own px; `near` is a whole px close to the region, so
@@ -113,8 +119,8 @@ PLACE = np.dtype([
     ("to_own", np.float32, (2, 2)),
     ("near", np.float32, 2),
     ("origin", np.float32, 2),
-    ("own_px", np.float32),  # of the region for one px of the frame
-    ("step_px", np.float32),  # px of the frame for one of the region
+    ("own_px", np.float32),  # px of the region for one px of the frame
+    ("step_px", np.float32),  # px of the frame for one px of the region
     ("to_luma", np.float32, (2, 3)),  # px of the grid -> px of the plane
     ("to_chroma", np.float32, (2, 3)),
 ])  # fmt: skip
@@ -128,18 +134,18 @@ OUT = np.dtype([
     ("odds", np.float32, PATCH_HW),
     ("rim", np.float32, PATCH_HW),
     ("lips", np.float32, (5, *LIPS_HW)),  # shading, x and y of the normal, exposed, upper
-    ("lids", np.float32, (2, 6, *LID_HW)),  # of each up, lash_px, first three of the lips, below_px
+    ("lids", np.float32, (2, 6, *LID_HW)),  # each: up, lash_px, `lips`' first three, below_px
     ("means", np.float32, _REGIONS),
 ])  # fmt: skip
-# The scratch memory of a region. A row by column is as long as the patch is wide. A blurred row has
-# _PAD more on each side, filled by mirroring without repeating the last value.
+# The scratch memory of a region. A row of numbers by column is as long as the patch is wide. A
+# blurred row has _PAD more on each side, filled by mirroring without repeating the last value.
 _PAD = 16
 _COLUMNS = PATCH_HW[1]
 SCRATCH = np.dtype([
     ("curves", np.float32, (24, _COLUMNS)),  # height and depth of each curve
     ("corners", np.float32, 16),  # x of both corners of the mouth; y of the opening, in the middle
-    # The border of the lips by its straight parts, of the upper and of the lower lip: x and y where
-    # one begins, x and y to where it ends, 1 / its length squared, x by y along it.
+    # The straight parts of the border of the upper and of the lower lip: x and y where one begins,
+    # x and y from there to where it ends, 1 / its length squared, and x per y along it.
     ("border", np.float32, (2, RING_POINTS - 1, 6)),
     ("bends", np.float32, (10, _COLUMNS)),
     ("columns", np.float32, (28, _COLUMNS)),
@@ -322,7 +328,7 @@ class SurfaceKernel:
         return made
 
     def _set_arguments(self, light: LightPlanes) -> None:
-        """Copy the planes, and give the kernel its arguments, where these have changed."""
+        """Copy the planes, and give the kernel its arguments, if these have changed."""
         if not self._light.copy(light):
             return
         transfer, sample = light.coding.transfer, light.planes[0].dtype

@@ -106,7 +106,7 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.reference.estimate import estimate_look, look_from_photo
     from makeup_video.pipeline.render.apply_look import apply_look
 
-# FFmpeg, ONNX Runtime, OpenCV and OpenCL are slow to import: only those who need them wait.
+# FFmpeg, ONNX Runtime, OpenCV and OpenCL are slow to import, so each name is imported when used.
 _LATER = {
     "Face": "faces.face",
     "FrameFaces": "faces.face",
@@ -148,9 +148,9 @@ if not TYPE_CHECKING:  # type checkers would take any name for one of the module
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         from makeup_video.pipeline.engine.machine import FIND_FACES, LOAD, check_memory
 
-        # with less, their libraries end the process while they are loaded, and say nothing
+        # with less memory, loading their libraries would end the process without a message
         check_memory(FIND_FACES if name in _LATER_WITH_NETS else LOAD)
-        # kept, so that nothing is checked when the name is used again
+        # kept as a global, so that nothing is checked when the name is used again
         globals()[name] = getattr(import_module(f"{__name__}.{module}"), name)
         return globals()[name]
 

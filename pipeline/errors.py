@@ -27,8 +27,8 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, ClassVar
 
 EXIT_IN_PART = 5
-_LAST_OF_THE_SYSTEM = 4096  # error number; FFmpeg's own numbers lie far above
-_ALIKE = 0.7  # of difflib: a word this close to a known one is a mistyped one
+_LAST_OF_THE_SYSTEM = 4096  # upper bound of its error numbers; FFmpeg's own lie far above
+_ALIKE = 0.7  # ratio of difflib: a word this close to a known word is a mistyped one
 # Characters of Unicode's private use area: file names and option names do not contain them.
 _OPTION = re.compile("\ue000(.*?)\ue001(.*?)\ue001(.*?)\ue002", re.DOTALL)
 
@@ -44,7 +44,7 @@ def option(name: str, value: object = None) -> str:
 
 
 def closest(word: str, known: Iterable[str]) -> str | None:
-    """The known word that was meant by a mistyped one; None where none is close."""
+    """The known word that a mistyped word may mean; None where no known word is close."""
     from difflib import get_close_matches  # only a message needs it
 
     return next(iter(get_close_matches(word, known, 1, _ALIKE)), None)
@@ -80,7 +80,7 @@ class MakeupVideoError(Exception):
         return self._message
 
     def spelled(self, spell: Callable[[str, str | None], str]) -> str:
-        """The message with every option as `spell(name, value)` writes it; value: None for none."""
+        """The message with every option as `spell(name, value)` writes it; value may be None."""
         return _OPTION.sub(
             lambda found: spell(found[1], found[3] if found[2] else None), self._message
         )
@@ -89,19 +89,19 @@ class MakeupVideoError(Exception):
 def cannot_keep(what: str, lost: str, advice: str = "Leave") -> "StrictError":
     """The error of a strict run in which something, such as an output, would lose something.
 
-    advice: a sentence that goes on "--strict out", such as "Use .mkv, or leave".
+    advice: the beginning of a sentence that ends in "--strict out.", such as "Use .mkv, or leave".
     """
     strict = option("strict")
     return StrictError(f"{strict}: {what} cannot keep {lost}. {advice} {strict} out.")
 
 
 def reason_of(error: Exception) -> str:
-    """What the system or FFmpeg says of an error, without numbers and names of files."""
+    """The message of the system or of FFmpeg, without error numbers and names of files."""
     return getattr(error, "strerror", None) or str(error)
 
 
 def is_of_the_system(error: Exception) -> bool:
-    """True for an error with a number of the system, also where FFmpeg reports it."""
+    """True for an error with an error number of the system, even where FFmpeg reports it."""
     return 0 < (getattr(error, "errno", None) or 0) < _LAST_OF_THE_SYSTEM
 
 
@@ -153,9 +153,9 @@ class PhotoError(InputError):
 
 
 class SeveralFacesError(PhotoError):
-    """faces: those to choose from, as `find_faces` returns them, the largest first.
+    """faces: the faces to choose from, as `find_faces` returns them, the largest first.
 
-    photo: the file that shows them, None for a photo in memory.
+    photo: the file that shows the faces; None for a photo in memory.
     """
 
     def __init__(

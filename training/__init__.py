@@ -1,9 +1,10 @@
 """Trains and evaluates the nets.
 
-No part of the product imports it, and it alone imports PyTorch.
+The product imports nothing from here, and only this package imports PyTorch.
 """
 
 import os
 
-# As in makeup_video.pipeline: set before ONNX Runtime is imported, else it reports to Microsoft.
+# ONNX Runtime reports to Microsoft unless this is set before its import. makeup_video.pipeline sets
+# the variable, too.
 os.environ["ORT_DISABLE_TELEMETRY"] = "1"

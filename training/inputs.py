@@ -1,4 +1,4 @@
-"""Types of arguments that name the inputs of a command."""
+"""Argument types for argparse: paths of a command's inputs, which must exist."""
 
 import argparse
 from collections.abc import Callable
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def existing(text: str) -> Path:
-    """The path of a file or folder that is there. Raises ArgumentTypeError."""
+    """The path of an existing file or folder. Raises ArgumentTypeError if there is none."""
     path = Path(text)
     if not path.exists():
         raise argparse.ArgumentTypeError(f"there is no {path}: name a file or folder that exists")
@@ -14,10 +14,10 @@ def existing(text: str) -> Path:
 
 
 def made_by(command: str) -> Callable[[str], Path]:
-    """The type of a path that another command of training writes.
+    """The argument type for a path that another training command writes.
 
-    command: its module below `makeup_video.training`. Defaults are texts, which argparse checks as
-    well.
+    command: that command's module below `makeup_video.training`. Give defaults as strings, because
+    argparse checks strings alone.
     """
 
     def made(text: str) -> Path:

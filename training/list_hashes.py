@@ -2,8 +2,8 @@
 
     python -m makeup_video.training.list_hashes pipeline/weights
 
-Whatever copies weights into a folder runs it afterwards: weights without their hash, or with an old
-one, end the product with "install makeup-video again".
+Run this after copying weights into a folder. If a weight file has no hash or an old one, the
+product ends with "install makeup-video again".
 """
 
 import argparse
@@ -15,7 +15,7 @@ from makeup_video.training.inputs import existing
 
 
 def list_hashes(folder: Path) -> None:
-    """Write sha256.json for all weights of a folder; print their size."""
+    """Write sha256.json for all weights of a folder, and print their total size."""
     files = sorted(folder.glob("*.onnx")) + sorted(folder.glob("*.npy"))
     hashes = {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
     (folder / "sha256.json").write_text(json.dumps(hashes, indent=2) + "\n")

@@ -1,8 +1,8 @@
-"""The colours of words that name shades: medians over the products of a table.
+"""Finds the colours of words that name shades: medians over the products of a table.
 
     python -m makeup_video.training.shade_names --table DIR/lip_shades.csv berry nude wine
 
-The table has the columns `shade` and `hex`. pipeline/look/words.py lists what this prints.
+The table has the columns `shade` and `hex`. pipeline/look/words.py lists the printed colours.
 """
 
 import argparse
@@ -14,7 +14,7 @@ import numpy as np
 from makeup_video.pipeline.look.params import hex_of, rgb_of_hex
 from makeup_video.training.inputs import existing
 
-LEAST = 3  # products of that name
+LEAST = 3  # products whose shade has the word
 
 
 def median_rgb(word: str, rows: Iterable[Mapping[str, str]]) -> tuple[int, ...] | None:

@@ -1,11 +1,12 @@
-"""Fits the two constants of pipeline/render/skin_light.py: skin colour in white light.
+"""Fits two constants of pipeline/render/skin_light.py: mean and covariance of skin in white light.
 
     python -m makeup_video.training.skin_light shades.csv --faces portraits
 
-shades.csv: foundation shades with a column `hex`, sRGB. They show how skin varies.
+shades.csv: foundation shades with a column `hex`, sRGB. The shades show how skin varies.
 portraits: a folder of pictures of people of every skin tone in soft, white light, and labels.npz
-with their names and points. They show the average skin in a picture, which is darker and paler than
-a swatch. Every lightness has the same weight, else dark skin would hardly count.
+with the pictures' names and points. The pictures show the average skin, which is darker and paler
+in a picture than in a swatch. Every lightness has the same weight: otherwise dark skin would hardly
+count.
 """
 
 import argparse
@@ -20,11 +21,11 @@ from makeup_video.pipeline.frames.rgb import to_frame
 from makeup_video.pipeline.render.skin_light import optics_of, read_skin
 from makeup_video.training.inputs import existing
 
-LIGHTNESSES = 30, 85  # CIE L*; swatches beyond are not of skin
-BINS = 11
+LIGHTNESSES = 30, 85  # CIE L*; swatches outside this range are not of skin
+BINS = 11  # of lightness, 5 L* each
 KEPT = 0.9  # share of the shades; the others are errors in shops' pictures
-FEWEST = 10  # least number of faces of one lightness
-FACES = 800
+FEWEST = 10  # a lightness with fewer faces does not count
+FACES = 800  # read at most
 
 
 def shades(path: Path) -> np.ndarray:
@@ -36,15 +37,15 @@ def shades(path: Path) -> np.ndarray:
 
 
 def lightness(log_linear: np.ndarray) -> np.ndarray:
-    """CIE L* (N,)."""
+    """CIE L* (N,) of log linear light (N, 3)."""
     luminance: np.ndarray = np.exp(log_linear) @ to_xyz(1)[1]
     return 116 * np.cbrt(luminance) - 16
 
 
 def fit_covariance(log_linear: np.ndarray) -> np.ndarray:
-    """Covariance (3, 3) of shades, without the tenth that is furthest off.
+    """Covariance (3, 3) of shades, without the tenth that is furthest from the mean.
 
-    Lightnesses weigh the same.
+    Every lightness has the same weight.
     """
     low, high = LIGHTNESSES
     light = lightness(log_linear)
@@ -62,7 +63,7 @@ def fit_covariance(log_linear: np.ndarray) -> np.ndarray:
 
 
 def faces(folder: Path) -> np.ndarray:
-    """Log linear light (N, 3) of the skin of labelled pictures."""
+    """Log linear light (N, 3) of the skin in pictures with reliable labels."""
     labels = np.load(folder / "labels.npz")
     sure = np.flatnonzero(labels["spread"] < 1.5)
     chosen = np.random.default_rng(0).permutation(sure)[:FACES]
@@ -74,7 +75,7 @@ def faces(folder: Path) -> np.ndarray:
 
 
 def fit_mean(log_linear: np.ndarray) -> np.ndarray:
-    """Mean (3,) of faces: the mean of the means of each lightness."""
+    """Mean (3,) of faces, taken over the means of all lightnesses, in steps of 5 L*."""
     bins = (lightness(log_linear) // 5).astype(int)
     means = [log_linear[bins == b].mean(0) for b in np.unique(bins) if (bins == b).sum() >= FEWEST]
     return np.mean(means, 0)

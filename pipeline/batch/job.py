@@ -10,7 +10,7 @@ from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.offline.report import size_in_words
 from makeup_video.pipeline.offline.settings import Settings
 
-# Inode, size and time of change: by these a file differs from another one of its name.
+# Inode, size and modification time: they tell a file from another file of the same name.
 Identity = tuple[int, int, int]
 
 
@@ -28,9 +28,9 @@ class Job:
     """What to paint on one video or picture, as plain data that any process can be sent.
 
     looks: one or more.  settings: without callbacks and `split_minutes`.
-    memory_share: of the free memory, for encoders; see process_looks.
-    was: the files that had the outputs' names when the job began, None where there was none.
-    attempt: 1, and one more whenever the machine that did the job was lost.
+    memory_share: the share of the free memory for encoders; see process_looks.
+    was: the files that had the outputs' names when the job began; None where there was none.
+    attempt: 1, and one more each time the machine that did the job was lost.
     """
 
     source: str
@@ -45,7 +45,7 @@ class Job:
         return tuple(one.output for one in self.looks)
 
     def only(self, outputs: set[str]) -> "Job":
-        """Return this job for some of its outputs alone."""
+        """Return this job for only some of its outputs."""
         kept = [at for at, one in enumerate(self.looks) if one.output in outputs]
         looks = tuple(self.looks[at] for at in kept)
         return replace(self, looks=looks, was=tuple(self.was[at] for at in kept if self.was))
@@ -56,7 +56,7 @@ class Job:
         return replace(self, source=os.path.abspath(self.source), looks=tuple(outputs))
 
     def again(self) -> "Job":
-        """Return this job for another machine, which keeps what the lost one has finished."""
+        """Return this job for another machine, which keeps what the lost machine has finished."""
         return replace(self, attempt=self.attempt + 1)
 
     def moved(self, source: str, outputs: Sequence[str]) -> "Job":

@@ -29,7 +29,7 @@ class ListedJob:
 def read_jobs(path: str | os.PathLike[str], columns: Sequence[str]) -> list[ListedJob]:
     """The rows of a CSV file (UTF-8) with a column `in`; blank rows do not count.
 
-    columns: what other columns it may have, besides `out`.
+    columns: the other columns that the file may have, besides `out`.
     Cells are separated by commas, or by semicolons where line 1 has no comma. Raises UsageError
     naming file, line and fault.
     """

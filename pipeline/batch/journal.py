@@ -1,12 +1,14 @@
 """The journal of a batch: what was begun, done and failed, in a file that survives a kill.
 
-One JSON object a line, only ever appended, and on the disk before the batch goes on:
+Each line is one JSON object. Lines are only ever appended, and are on the disk before the batch
+goes on:
 
     {"event": "begun", "output": "talk-nude.mp4", "key": "5d0e...", "was": null}
     {"event": "done", "output": "talk-nude.mp4", "key": "5d0e...", "size": 1234567, ...}
     {"event": "failed", "output": "talk-plum.mp4", "key": "81c2...", "kind": "OutputError", ...}
 
-The last line of an output counts. A line that a kill cut short is removed when the file is opened.
+The last line about an output counts. A line that a kill cut short is removed when the file is
+opened.
 """
 
 import base64
@@ -40,8 +42,8 @@ Entry = dict[str, Any]
 class Journal:
     """The journal file of a batch, locked while it is open.
 
-    Raises UsageError when another batch has it open, or when it is no journal or no ordinary file;
-    OutputError when it cannot be written.
+    Raises UsageError when another batch has it open, or when it is not a journal or not an ordinary
+    file; OutputError when it cannot be written.
     """
 
     def __init__(self, path: Path) -> None:
@@ -57,7 +59,7 @@ class Journal:
                 self._file.close()
                 raise UsageError(f"another batch is writing {path}: wait for it to end")
         self._entries: dict[str, Entry] = {}
-        self._begun: dict[str, str] = {}  # keys of outputs, from before their inputs were read
+        self._begun: dict[str, str] = {}  # keys of outputs, made before their inputs were read
         try:
             self._read()
         except BaseException:
@@ -71,10 +73,10 @@ class Journal:
         self.close()
 
     def close(self) -> None:
-        """Let another batch open the journal. A new one without a line is removed."""
+        """Let another batch open the journal. A new journal without a line is removed."""
         if self._is_new and not os.fstat(self._file.fileno()).st_size:
             self.path.unlink(missing_ok=True)
-        with contextlib.suppress(OSError):  # of a line that a full disk refused already
+        with contextlib.suppress(OSError):  # about a line that a full disk refused already
             self._file.close()
 
     def entry(self, job: Job, look: JobLook) -> Entry | None:
@@ -83,7 +85,7 @@ class Journal:
         return entry if entry is not None and entry["key"] == self._key(job, look) else None
 
     def knows(self, output: str) -> bool:
-        """True for an output that the batch has begun to write, of whatever look and input."""
+        """True for an output that the batch has begun to write, whatever its look and input."""
         return self._name(output) in self._entries
 
     @property
@@ -92,9 +94,9 @@ class Journal:
         return [self.path.parent / name for name in self._entries]
 
     def begin(self, job: Job) -> Job:
-        """Note that the outputs of a job are begun, and which files have their names now.
+        """Note that work on a job's outputs begins, and which files have their names now.
 
-        Returns the job, which knows these files.
+        Returns the job with these files in `was`.
         """
         was = tuple(identity(one.output) for one in job.looks)
         self._begun |= {one.output: self._key(job, one) for one in job.looks}
@@ -107,11 +109,11 @@ class Journal:
         return replace(job, was=was)
 
     def end(self, job: Job, results: Sequence[Done | Failed]) -> list[Done | Failed]:
-        """Note what became of the outputs of a job; the files are on the disk before.
+        """Note what became of the outputs of a job, once their files are on the disk.
 
-        Returns what was noted: an output that does not get onto the disk has failed.
+        Returns what was noted: an output whose file does not get onto the disk counts as failed.
         """
-        # an input that was replaced meanwhile is not the one that was painted
+        # keys from before painting: an input may have been replaced meanwhile
         keys = {one.output: self._begun.get(one.output) or self._key(job, one) for one in job.looks}
         results = [_to_disk(one) if isinstance(one, Done) else one for one in results]
         lines = [{**_values(one), "key": keys[one.output]} for one in results]
@@ -160,9 +162,9 @@ class Journal:
 
 
 def key_of(job: Job, look: JobLook, name: str) -> str:
-    """A number for all that an output depends on: the input, the look, the settings.
+    """A hash of all that an output depends on: the input, the look, the settings.
 
-    name: of the input, as in the journal.
+    name: the input's name in the journal.
     """
     source: list[str | int] = [name]
     with contextlib.suppress(OSError, ValueError):  # no such file, or a name that no file can have
@@ -178,7 +180,7 @@ def key_of(job: Job, look: JobLook, name: str) -> str:
 
 
 def identity(path: str) -> Identity | None:
-    """Of a file; None where there is none."""
+    """The identity of a file; None where there is no file."""
     try:
         status = os.stat(path)
     except (OSError, ValueError):
@@ -231,7 +233,7 @@ def _entry(line: bytes) -> Entry | None:
 
 
 def _to_disk(done: Done) -> Done | Failed:
-    """Wait until a file and its name are on the disk. It was whole, and may be elsewhere by now."""
+    """Wait until a file and its name are on the disk. A whole file that has been moved is fine."""
     path = Path(done.output)
     try:
         with write_errors(path), contextlib.suppress(FileNotFoundError):

@@ -1,8 +1,8 @@
 """Jobs on the machines of a Ray cluster: those of a batch, or the segments of a video. Needs the
 extra `ray`.
 
-A job is a Ray task with its CPUs declared. What it reports comes back as the items of its
-generator: progress, with `ship` the pieces of its files, and in the end the result.
+A job is a Ray task with its CPUs declared. The task is a generator, whose items are the progress,
+with `ship` also the pieces of the job's outputs, and in the end the result.
 """
 
 import os
@@ -49,7 +49,7 @@ _PIECE_BYTES = 16_000_000  # of a file that is shipped
 class RemoteJob(Protocol):
     """A job that another machine can do.
 
-    source: the file that it reads.  outputs: those that it writes.
+    source: the file that the job reads.  outputs: the files that it writes.
     """
 
     settings: Settings
@@ -73,18 +73,20 @@ class RemoteJob(Protocol):
         ...
 
     def brought_back(self, result: Any) -> tuple[Any, list[int]]:
-        """The result of this job `at_full_paths` or as `moved`, as if on its own files; places of
-        whole outputs."""
+        """(the result, as if this job had written its own files; the places of whole outputs).
+
+        result: of this job `at_full_paths` or as `moved`.
+        """
         ...
 
     def without(self, result: Any, at: int, error: MakeupVideoError) -> Any:
-        """The result where the output at this place could not be kept; raises the error where
-        nothing is left of it."""
+        """The result when the output at this place could not be kept; raises the error when
+        nothing is left of the result."""
         ...
 
 
 class _Piece(NamedTuple):
-    """A piece of the output at this place in the job; the pieces come in order."""
+    """A piece of an output; the pieces come in order.  output: the output's place in the job."""
 
     output: int
     data: bytes
@@ -94,9 +96,9 @@ class _Piece(NamedTuple):
 def cluster(address: str) -> Iterator[None]:
     """Connect to a cluster within the block.
 
-    address: host:port of its head, or `auto` for the one that Ray is connected to already, and else
-    for the one that this machine belongs to.
-    Raises UsageError, and WorkerError within some ten seconds where there is none.
+    address: host:port of its head, or `auto` for the cluster that Ray is connected to already, or
+    else the one that this machine belongs to.
+    Raises UsageError, and WorkerError within some ten seconds where there is no cluster.
     """
     if ray.is_initialized():
         if address != "auto":
@@ -114,7 +116,7 @@ def cluster(address: str) -> Iterator[None]:
 
 
 def _check_reachable(address: str) -> None:
-    """Ask before Ray does, which would try for minutes. Raises UsageError, WorkerError."""
+    """Try the address first, since Ray would try for minutes. Raises UsageError, WorkerError."""
     if address == "auto" and (address := os.environ.get("RAY_ADDRESS", "auto")) == "auto":
         return  # Ray looks for processes of a cluster on this machine
     host, colon, port = address.removeprefix("ray://").rpartition(":")
@@ -149,12 +151,12 @@ def _connect(address: str) -> None:
             "`ray start --head`"
         ) from error
     finally:
-        if on_main and handler is not None:  # Ray's own would end the process without a word
+        if on_main and handler is not None:  # Ray's handler would end the process silently
             signal.signal(signal.SIGTERM, handler)
 
 
 def ray_workers(count: int | None = None, *, ship: bool = False) -> "list[RayWorker]":
-    """As many workers as the cluster has CPUs for, two for each; or `count`.
+    """`count` workers; None: as many as the cluster has CPUs for, two CPUs for each worker.
 
     ship: send inputs and outputs through the cluster, where the machines share no folder.
     """
@@ -170,7 +172,7 @@ class RayWorker:
     """Does one job at a time on some machine of the cluster; see Worker. The job is a RemoteJob.
 
     A job whose process or machine is lost is tried again elsewhere, up to twice.
-    files: where the machines share no folder.  per_machine: see Worker.
+    files: sends the inputs where the machines share no folder; else None.  per_machine: see Worker.
     """
 
     def __init__(
@@ -191,7 +193,7 @@ class RayWorker:
             self._check()
             try:
                 return self._once(task, job, report).value()  # type: ignore[no-any-return]
-            except RayTaskError as error:  # of the task itself, the same on every machine
+            except RayTaskError as error:  # raised by the task itself, so on every machine
                 cause = error.cause or error
                 reason = f"{type(cause).__name__}: {cause}".splitlines()[0]
                 raise WorkerError(f"the cluster could not paint it: {reason}") from error
@@ -220,7 +222,7 @@ class RayWorker:
         )
         self._check()
         self._task = _TASK.options(num_cpus=self._cpus).remote(task, job, pieces)
-        if self._stopped:  # meanwhile, by another thread, which did not see the task
+        if self._stopped:  # by another thread in the meantime, which did not see the task
             self.stop()
         with ExitStack() as stack:
             arriving = () if pieces is None else job.outputs
@@ -237,7 +239,7 @@ class RayWorker:
 
 
 def _kept(ended: Ended, job: RemoteJob, outputs: "Sequence[_Arriving]") -> Ended:
-    """What a task ended with, under the job's own names; whole outputs that arrived are kept.
+    """What a task ended with, under the job's own file names. Keeps whole outputs that arrived.
 
     outputs: none where the machines share a folder.
     """
@@ -253,7 +255,7 @@ def _kept(ended: Ended, job: RemoteJob, outputs: "Sequence[_Arriving]") -> Ended
 
 
 class _SentFiles:
-    """Files in the cluster's object store; the last one stays there, for its other jobs."""
+    """Puts inputs into the cluster's object store. The last one stays there, for other jobs."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -296,7 +298,7 @@ class _Arriving:
                 self._error = error
 
     def keep(self) -> None:
-        """Give the output its name. Raises what a piece of it has raised, too."""
+        """Give the output its name. Raises the error of a piece that could not be written, too."""
         if self._error is not None:
             raise self._error
         self._target.keep()
@@ -322,7 +324,7 @@ def _on_machine(task: Any, job: RemoteJob, pieces: Sequence[Any] | None) -> Iter
 
 
 def _outputs_of(ended: Ended, job: RemoteJob, here: RemoteJob) -> "Iterator[_Piece]":
-    """The whole outputs of a job on files of this machine, in pieces."""
+    """The whole outputs of a job in pieces.  here: the same job on files of this machine."""
     if ended.error is not None:
         return
     _, whole = job.brought_back(ended.result)
@@ -353,7 +355,7 @@ def received(job: RemoteJob, folder: Path, pieces: Sequence[Any]) -> RemoteJob:
 
 
 def _name_inputs(ended: Ended, here: str, source: str) -> None:
-    """Let errors name the input where the user has it."""
+    """Let errors name the user's input in place of its copy on this machine."""
     results = ended.result if isinstance(ended.result, list) else []
     for error in (ended.error, *(getattr(one, "error", None) for one in results)):
         if error is not None:

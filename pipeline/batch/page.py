@@ -33,7 +33,7 @@ small {{ display: block; opacity: .75 }}
 
 
 def check_page(path: Path, *, overwrite: bool) -> None:
-    """Raises UsageError for a file of that name which is no page of a batch, unless overwrite."""
+    """Raises UsageError when `path` is a file other than a page of a batch, unless overwrite."""
     if overwrite or not path.exists():
         return
     with write_errors(path), path.open("rb") as file:
@@ -56,7 +56,7 @@ def write_page(
     Raises OutputError.
     """
     with OutputFile(path, None, overwrite=True) as target, write_errors(path):
-        # names of files may be no UTF-8
+        # file names may not be valid UTF-8
         target.own_path.write_text(
             page_of(path.parent, jobs, results, say), "utf-8", "backslashreplace"
         )

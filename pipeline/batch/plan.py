@@ -1,4 +1,4 @@
-"""What is left to do of a batch, after what its journal says was done before."""
+"""Plans what is left to do in a batch, by what its journal says was done before."""
 
 import contextlib
 import os
@@ -28,7 +28,7 @@ from makeup_video.pipeline.files.part_file import remove_ended
 from makeup_video.pipeline.images.picture_file import decode_picture, is_picture, read_bytes
 from makeup_video.pipeline.media.probe import declared_frames, plays
 
-# of an output whose job could not say what was dropped, changed or damaged
+# for an output whose job could not say what was dropped, changed or damaged
 _UNKNOWN = (
     "what was lost or changed is not known, since its job was cut short: remove the file and run "
     "the batch again to paint it anew"
@@ -47,9 +47,9 @@ class BatchPlan:
 def plan_batch(jobs: Iterable[Job], journal: Journal, *, retry: bool, overwrite: bool) -> BatchPlan:
     """Compare the jobs with the journal and with the files that are there.
 
-    Work that was done is checked by its size and by reading the file. Parts that a killed run left
-    are removed. An output whose name is too long is a job of its own, which fails alone.
-    Raises UsageError, OutputError for an output whose place is not free.
+    Finished outputs are checked by their size and by reading them. Parts that a killed run left are
+    removed. An output whose name is too long becomes a job of its own, which fails alone.
+    Raises UsageError or OutputError for an output whose place is not free.
     """
     plan = BatchPlan()
     for job in jobs:
@@ -77,8 +77,8 @@ def plan_batch(jobs: Iterable[Job], journal: Journal, *, retry: bool, overwrite:
 
 
 def is_hopeless(failed: Failed) -> bool:
-    """Whether the same work alone would fail in the same way: for its options, for a name, or for
-    an output that is not free."""
+    """Whether the same job would fail again in the same way: because of its options, of a name, or
+    of an output that is not free."""
     if isinstance(failed.error, UsageError | StrictError):
         return True
     try:
@@ -89,8 +89,10 @@ def is_hopeless(failed: Failed) -> bool:
 
 
 def _check_place(job: Job, look: JobLook, overwrite: bool, is_of_other_work: bool) -> None:
-    """Raises UsageError, OutputError where the place is not free; the message says when the file
-    there is from other work of the journal."""
+    """Raises UsageError, OutputError where the place is not free.
+
+    The message says when the file there comes from other work in the journal.
+    """
     try:
         check_place(look.output, Path(job.source), overwrite=overwrite)
     except UsageError as error:
@@ -100,9 +102,9 @@ def _check_place(job: Job, look: JobLook, overwrite: bool, is_of_other_work: boo
 
 
 def _remove_part(part: Path) -> None:
-    """Remove what a killed run left. Its processes may take some seconds to notice the kill.
+    """Remove the part that a killed run left. Its processes may need some seconds to end.
 
-    Raises UsageError when another run writes it still.
+    Raises UsageError when another run is still writing the part.
     """
     for _ in range(round(_ENDS_WITHIN_SECONDS / _AGAIN_SECONDS)):
         with contextlib.suppress(UsageError):
@@ -143,10 +145,10 @@ def _known(
 
 
 def adopt(job: Job, at: int) -> Done | None:
-    """The result for an output that was finished by a process which could not say so any more.
+    """The result for an output that a lost process has finished but not reported, if there is one.
 
-    An output gets its name only when it is whole, so any new file of that name is one.
-    at: of the output in the job.
+    An output gets its name only when it is whole, so any new file of that name is whole.
+    at: the output's place in the job.
     """
     output, was = job.looks[at].output, job.was[at]
     now = identity(output)

@@ -1,4 +1,4 @@
-"""Whether a Ray cluster answers at an address, known within seconds: Ray itself tries for minutes.
+"""Finds out in seconds whether a Ray cluster answers at an address; Ray itself tries for minutes.
 
 Ray's head speaks gRPC, that is HTTP/2 (RFC 9113) with headers in HPACK (RFC 7541). One call is
 written by hand here, because the gRPC library would be a dependency for these few bytes.
@@ -8,10 +8,10 @@ import socket
 import time
 
 _PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
-_DATA, _HEADERS, _SETTINGS = 0, 1, 4  # types of frames
+_DATA, _HEADERS, _SETTINGS = 0, 1, 4  # types of HTTP/2 frames
 _END_STREAM, _END_HEADERS = 1, 4  # flags
 _STREAM = 1
-_HEAD_BYTES = 9  # of a frame: its length (3), type, flags, stream (4)
+_HEAD_BYTES = 9  # of an HTTP/2 frame: its length (3), type, flags, stream (4)
 _EMPTY_MESSAGE = b"\0\0\0\0\0"  # of gRPC: not compressed, no bytes
 _CALL = {
     ":method": "POST",
@@ -24,9 +24,9 @@ _CALL = {
 
 
 def is_cluster(host: str, port: int, seconds: float) -> bool:
-    """Whether what answers within `seconds` gives the id of a Ray cluster.
+    """Whether an answer within `seconds` gives the id of a Ray cluster.
 
-    Raises OSError for what cannot be reached or stays silent, OverflowError for a wrong port.
+    Raises OSError when the host cannot be reached or stays silent, OverflowError for a wrong port.
     """
     until = time.monotonic() + seconds
     with socket.create_connection((host, port), seconds) as connection:
@@ -39,7 +39,7 @@ def is_cluster(host: str, port: int, seconds: float) -> bool:
         is_http2 = False
         while len(head := _read(connection, _HEAD_BYTES, until)) == _HEAD_BYTES:
             length, kind, flags = int.from_bytes(head[:3]), head[3], head[4]
-            is_http2 = is_http2 or kind == _SETTINGS  # with these a server begins
+            is_http2 = is_http2 or kind == _SETTINGS  # a server begins with its settings
             is_answer = int.from_bytes(head[5:]) == _STREAM
             if is_answer and (kind == _DATA or flags & _END_STREAM):
                 return kind == _DATA and length > len(_EMPTY_MESSAGE)

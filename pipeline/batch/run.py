@@ -31,7 +31,7 @@ class BatchEvents(Protocol):
 def local_workers(count: int | None = None) -> list[Worker]:
     """Processes of this machine; None: one for every two cores, fewer where memory is short.
 
-    Raises UsageError for less than one.
+    Raises UsageError for fewer than one.
     """
     room = min(cores() // CORES_PER_JOB, int(free_memory_bytes() / _JOB_BYTES))
     return [ChildProcess() for _ in range(jobs_at_once(count, room))]
@@ -46,8 +46,8 @@ def run_batch(
     """Do every job; returns the results by output. No error of a job ends the batch.
 
     workers: each does one job at a time; see local_workers. They are stopped in the end.
-    Raises StoppedError after Ctrl-C, OutputError when the journal cannot be written. What was being
-    written is then removed.
+    Raises StoppedError after Ctrl-C, OutputError when the journal cannot be written. Unfinished
+    outputs are then removed.
     """
     sharing = min(len(workers), len(jobs), *(one.per_machine or len(workers) for one in workers))
     share = _MEMORY_SHARE / max(1, sharing)
@@ -72,7 +72,7 @@ class _Run:
         self._running: list[Job] = []
 
     def begun(self) -> Iterator[Job]:
-        """Each job, once the journal holds that it is begun."""
+        """Each job, once the journal notes that the job has begun."""
         for job in self._jobs:
             self._running.append(noted := self._journal.begin(job))
             yield noted
@@ -87,8 +87,11 @@ class _Run:
         self._events.ended(job, results)
 
     def _settled(self, job: Job, at: int, result: Result) -> Result:
-        """The result; of a process that died, or that had too little memory, some outputs may be
-        whole, and parts are left."""
+        """The final result for one output.
+
+        A process that died, or had too little memory, may have finished this output or left its
+        part.
+        """
         cut_short = (WorkerError, TooLittleMemoryError)
         if not (isinstance(result, Failed) and isinstance(result.error, cut_short)):
             return result
@@ -96,7 +99,7 @@ class _Run:
         return adopt(job, at) or result
 
     def remove_parts(self) -> None:
-        """Remove what was being written."""
+        """Remove the parts of all outputs that are being written."""
         for job in self._running:
             for one in job.looks:
                 _remove_part_quietly(one.output)

@@ -15,21 +15,22 @@ NOT_PAINTED = "AVIF, BMP and TIFF pictures"
 
 
 def left_out_of(given: Sequence[str]) -> list[str]:
-    """The pictures in folders that are given that cannot be painted, such as TIFF."""
+    """The pictures in the given folders that cannot be painted, such as TIFF."""
     folders = filter(os.path.isdir, given)
     return list(dict.fromkeys(file for one in folders for file in _in_folder(one, _OF_LOOKS)))
 
 
 def inputs_of(given: Sequence[str], written: Sequence[Path] = ()) -> list[str]:
-    """The files that are meant, each once, in the order given; those of a folder by name.
+    """The input files, each once, in the order given; those of a folder are sorted by name.
 
-    A folder means its videos and pictures, not those of folders in it. A pattern such as
-    'clips/**/*.mp4' means every file that it matches. Of a file and links to it the file counts; a
-    link that leads nowhere counts, too, so that its job fails alone.
-    written: outputs of this batch, which may lie in the same folder; they are no inputs, and
-    neither are parts of outputs. A file that is given by its name counts even if it does not exist,
-    since its job then fails alone; and so does an output of this batch, unless other files are
-    given, too: a shell may have put the names of all files in the place of a pattern.
+    A folder stands for its videos and pictures, without those of folders in it. A pattern such as
+    'clips/**/*.mp4' stands for every file that it matches. Of a file and links to it, the file
+    counts. A link that leads nowhere counts, too, so that its job fails alone.
+    written: outputs of this batch, which may lie in the same folder. From folders and patterns,
+    neither these outputs nor parts of outputs become inputs.
+    A file that is given by its name counts even if it does not exist, since its job then fails
+    alone. An output of this batch that is given by its name counts only if no other files are
+    given: a shell may have put the names of all files in the place of a pattern.
     Raises UsageError for a folder or a pattern without any file; InputError for a folder that
     cannot be read, and for an empty name.
     """
@@ -50,7 +51,7 @@ def inputs_of(given: Sequence[str], written: Sequence[Path] = ()) -> list[str]:
 
 
 def check_some_exist(inputs: Sequence[str], where: str = "") -> None:
-    """Raises UsageError where no input exists, for example since the name of a folder is mistyped.
+    """Raises UsageError if no input exists, for example because a folder's name is mistyped.
 
     where: the row of a list that names the first input; empty for none.
     """

@@ -34,14 +34,14 @@ def run_job(job: Job, report: Callable[[JobProgress], None]) -> list[Result]:
     """Paint all looks of a job; returns a result for each, in their order.
 
     report: called a few times a second while a video is painted.
-    An error of the input is that of every look. Raises only what is no MakeupVideoError.
+    An error of the input becomes the error of every look. Raises no MakeupVideoError.
     """
     try:
         outcomes = _paint(job, report)
     except MakeupVideoError as error:
         return [Failed(one.output, error) for one in job.looks]
     results: list[Result] = []
-    is_first = True  # of those that are done: all have the same picture before
+    is_first = True  # of the finished looks, which share one picture before
     for one in job.looks:
         outcome, before = outcomes[one.output], None
         if isinstance(outcome, MakeupVideoError):

@@ -16,10 +16,10 @@ _LATEST_SECONDS = 1.0  # later moments take long to reach: all frames before the
 
 
 def thumbnails(source: str, output: str, start_seconds: float) -> tuple[bytes | None, bytes | None]:
-    """JPEG files of input and output, upright and at most 240 px long.
+    """JPEG files of input and output, upright and at most 240 px on the longer side.
 
     start_seconds: the moment of the input at which the output begins.
-    None in place of a picture that cannot be read: a page of results can do without.
+    None in place of a picture that cannot be read: a page of results can do without the picture.
     """
     return thumbnail(Path(source), start_seconds), thumbnail(Path(output), is_own=True)
 

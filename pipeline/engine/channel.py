@@ -72,9 +72,10 @@ class Channel(Generic[T]):
             yield items.pop()
 
     def batches(self, most: int) -> Iterator[list[T]]:
-        """The same, but all items that wait at once: 1 to `most`, in order.
+        """Like iteration, but receives all items that wait, 1 to `most` of them, as one list.
 
-        A list must be emptied: its items stay in memory while the next ones are waited for.
+        The receiver must empty each list: otherwise its items would stay in memory while the
+        receiver waits for the next ones.
         """
         while True:
             with self._changed:
@@ -87,7 +88,7 @@ class Channel(Generic[T]):
             yield items
 
     def close(self) -> None:
-        """End the channel behind the last item."""
+        """End the channel after the last item."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()

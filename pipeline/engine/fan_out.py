@@ -14,12 +14,12 @@ class FanOut:
     """Hands a copy of every item to each of several sinks.
 
     An error of one sink ends that sink alone, and is kept in `errors`. Once every sink has failed,
-    the first error is raised, so that nothing more is made for them.
+    the first error is raised, so that the run makes no more items.
 
     share(item): one copy of the item for each sink, in their order.
     sinks: in groups; the sinks of a group run in one thread, in turn. A group for each core is
     enough, because encoders have threads of their own.
-    errors: what ended each sink, None where nothing did; an entry from elsewhere ends a sink, too.
+    errors: for each sink the error that ended it, or None; an entry from elsewhere ends it, too.
     on_error(index): called once, in some thread, when an error has ended that sink.
     """
 
@@ -68,7 +68,7 @@ class FanOut:
         self._join()
 
     def cancel(self) -> None:
-        """End the threads; no sink finishes that has not begun to. Harmless after `finish`."""
+        """End the threads. A sink that is not finishing yet never does. Harmless after `finish`."""
         for channel in self._channels:
             channel.cancel()
         self._join()

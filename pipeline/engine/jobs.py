@@ -28,8 +28,9 @@ _TICK_SECONDS = 0.2
 class Worker(Protocol):
     """Where jobs are done: a process of this machine, or a task on another machine.
 
-    run: does one job at a time, in any thread. Raises what the task raises, WorkerError when
-    whatever did the job is gone, StoppedError when `stop` ends it, UsageError after `stop`.
+    run: does one job at a time, in any thread. Raises what the task raises, WorkerError when the
+    process or machine that did the job is gone, StoppedError when `stop` ends the job, and
+    UsageError after `stop`.
     stop: ends the job at once, from any thread.
     per_machine: how many of these workers may share the memory of one machine; None: all.
     """
@@ -65,8 +66,8 @@ def run_jobs(
 
     jobs: one is taken whenever a worker is free.
     on_progress, on_end: called in this thread, on_end with the result of a job or with its error.
-    Raises what these functions raise, StoppedError after Ctrl-C, and what is no error of ours. All
-    workers are stopped then; otherwise they can go on with other jobs.
+    Raises what these functions raise, StoppedError after Ctrl-C, and errors that are not ours. In
+    these cases all workers are stopped; otherwise they can go on with other jobs.
     """
     run = _Run(task, workers, on_progress, on_end)
     with ThreadPoolExecutor(len(workers)) as pool:
@@ -127,7 +128,7 @@ class _Run(Generic[Job, Progress, Result]):
 
 
 def _outcome(future: Future[Any]) -> Any:
-    """The result, or its error. Raises StoppedError, and what is no error of ours."""
+    """The result of a job, or its error. Raises StoppedError, and errors that are not ours."""
     try:
         return future.result()
     except StoppedError:

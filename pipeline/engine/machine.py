@@ -21,10 +21,10 @@ except ImportError:  # Windows sets no such limits
 _PROC = Path("/proc")
 _GROUPS = Path("/sys/fs/cgroup")
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # of glibc's mallopt
-# More than the lip net takes for each face (0.7 MB), less than a plane of a 720p frame (0.9 MB):
-# the system fills a large block with zeros, page by page, whenever it gives one out.
+# Less than a plane of a 720p frame (0.9 MB). More than the lip net takes for each face (0.7 MB),
+# since the system fills a large block with zeros, page by page, whenever it gives one out.
 _LARGE_BLOCK_BYTES = 3 << 18
-_KEPT_BYTES = 1 << 20
+_KEPT_BYTES = 1 << 20  # free memory that glibc may keep at the end of its heap
 _GIVE_BACK_SECONDS = 1.0
 _given_back_at = 0.0
 
@@ -176,8 +176,9 @@ def cpu_seconds_of_children() -> float | None:
 def return_large_blocks() -> None:
     """Let glibc return every large block to the system as soon as it is freed, in this process.
 
-    By itself it takes the size of the largest block freed so far for a small one, and keeps blocks
-    of that size for the thread that freed them: 13 MB at 1080p. Meant for processes of our own.
+    By itself glibc treats every block up to the size of the largest one freed so far as small, and
+    keeps such blocks for the thread that freed them: 13 MB at 1080p. Meant for processes that we
+    start ourselves.
     """
     set_option = getattr(ctypes.CDLL(None), "mallopt", None) if sys.platform == "linux" else None
     if set_option is not None:
@@ -186,11 +187,11 @@ def return_large_blocks() -> None:
 
 
 def seek_garbage() -> None:
-    """Let Python seek garbage again, where that is off, but not among the objects made so far.
+    """Turn Python's garbage collection on where it is off, but exempt the objects made so far.
 
-    Imports make a hundred thousand objects, and hardly one is garbage: to look through them takes
-    0.1 s of a short run. So a command begins with the search off, and calls this when most of what
-    it needs is loaded.
+    Imports make a hundred thousand objects, and hardly one of them is garbage. Looking through them
+    takes 0.1 s of a short run. So a command begins with the collection off, and calls this when
+    most of what it needs is loaded.
     """
     if not gc.isenabled():
         gc.freeze()
@@ -198,10 +199,10 @@ def seek_garbage() -> None:
 
 
 def give_back_last_run() -> None:
-    """Free what a run has left, at most once a second, since that takes 30 ms.
+    """Free the memory that a run has left, at most once a second, since that takes 30 ms.
 
-    By itself glibc keeps most of what was freed, and Python looks for garbage only after dozens of
-    runs.
+    By itself glibc keeps most of the freed memory, and Python looks for garbage only after dozens
+    of runs.
     """
     global _given_back_at
     now = time.monotonic()
@@ -213,7 +214,7 @@ def give_back_last_run() -> None:
 
 def give_back_memory() -> None:
     """Return freed memory to the system: glibc would keep it, and the video would allocate more."""
-    gc.collect(1)  # what was made of late; to look through all modules, too, takes 30 ms
+    gc.collect(1)  # recent objects only: looking through all modules, too, takes 30 ms
     _trim()
 
 
@@ -236,8 +237,8 @@ def one_opencv_thread() -> Iterator[None]:
     """Keep OpenCV on the thread that calls it within the block.
 
     Pictures of lips and eyes are too small to share: waking OpenCV's own threads for them costs
-    0.7 ms of CPU time per frame and makes no run shorter. The setting is one for the process: it
-    lasts until the last of the blocks that overlap, in other threads, has ended.
+    0.7 ms of CPU time per frame and makes no run shorter. The setting holds for the whole process.
+    Where blocks overlap in several threads, it lasts until the last of them has ended.
     """
     _opencv.enter()
     try:

@@ -1,9 +1,10 @@
-"""How to know that memory ran out, whatever raises the error.
+"""Tells whether memory ran out, whatever raised the error.
 
-The command imports this module before all that may need much memory, so it needs nothing else.
+The command imports this module before everything that may need much memory, so the module itself
+imports nothing.
 """
 
-# How loader, threads, C++ and OpenCL say it.
+# The words with which the loader, threads, C++ and OpenCL say that memory ran out.
 _PHRASES = (
     "std::bad_alloc",
     "failed to map segment",
@@ -17,6 +18,6 @@ _PHRASES = (
 
 
 def is_out_of_memory(error: Exception) -> bool:
-    """True for a MemoryError, and for what loader, threads, C++ and OpenCL raise in its place."""
+    """True for a MemoryError, and for what the loader, threads, C++ and OpenCL raise instead."""
     text = str(error).lower()
     return isinstance(error, MemoryError) or any(phrase in text for phrase in _PHRASES)

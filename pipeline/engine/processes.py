@@ -42,7 +42,7 @@ class Ended(NamedTuple):
 
     result: Any = None
     error: MakeupVideoError | None = None
-    trace: str = ""  # of an error that is none of ours
+    trace: str = ""  # of an error that is not ours
 
     def value(self) -> Any:
         """The result. Raises the error."""
@@ -56,7 +56,7 @@ class Ended(NamedTuple):
 class _Died(Exception):
     """The process ended before its job.
 
-    serves_never: so will any other that this program starts.
+    serves_never: every other process that this program starts would die as well.
     """
 
     serves_never = False
@@ -66,7 +66,7 @@ class ChildProcess:
     """A worker that does jobs in a process of its own, so that a crash ends one job alone.
 
     The process starts with the first job, and again after a crash.
-    attempts: how often a job is begun whose process dies.
+    attempts: how often a job is tried in all, when its process dies.
     """
 
     per_machine: int | None = None
@@ -121,11 +121,11 @@ class ChildProcess:
         process = _START.Process(target=_serve, args=(other,), daemon=True)
         process.start()
         self._process = process
-        other.close()  # else the end of the process would not show
-        if self._stopped:  # meanwhile, by another thread
+        other.close()  # else reading from the pipe would not notice the end of the process
+        if self._stopped:  # by another thread in the meantime
             process.kill()
         try:
-            self._pipe.recv()  # that it serves
+            self._pipe.recv()  # the process reports that it is ready
         except (EOFError, OSError):
             died = _Died(self._why_it_died())
             if (process.exitcode or 0) > 0:  # an error, such as that it started processes itself
@@ -161,7 +161,7 @@ def _signal_name(number: int) -> str:
 
 
 def perform(task: Task[Any, Any, Any], job: Any, send: Callable[[InProgress], None]) -> Ended:
-    """Do a job in this process. An error that is none of ours becomes a WorkerError, or a
+    """Do a job in this process. An error that is not ours becomes a WorkerError, or a
     TooLittleMemoryError where memory ran out."""
     try:
         return Ended(task(job, lambda progress: send(InProgress(progress))))
@@ -181,7 +181,7 @@ def _serve(pipe: Connection) -> None:
     """Do every job that comes through the pipe; ends with the process that started this one."""
     pipe.send(None)
     return_large_blocks()
-    for number in stop_signals():  # of the terminal's whole group: the main process decides
+    for number in stop_signals():  # they reach the terminal's whole group: the main process decides
         signal.signal(number, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     assert parent is not None

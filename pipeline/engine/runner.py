@@ -105,7 +105,7 @@ class Runner:
         self._is_given_up = False
         self._is_whole = False
         self._is_finishing = False
-        self._are_all_in = self._are_all_told = False  # the items that reached the sink
+        self._are_all_in = self._are_all_told = False  # the sink's items
         self._ticking = threading.Lock()
         self._first_error: BaseException | None = None
         self._ended = threading.Condition()
@@ -117,7 +117,7 @@ class Runner:
 
         Raises the first error of any actor, or StoppedError after Ctrl-C, once the sink has
         finished. A Ctrl-C while the sink is finishing a whole video has no effect. Another error of
-        `on_tick` leaves the sink unfinished, so none is called for once the sink begins to finish.
+        `on_tick` leaves the sink unfinished, so `on_tick` is not called while the sink finishes.
         """
         threads: list[threading.Thread] = []
         try:
@@ -148,8 +148,11 @@ class Runner:
             raise StoppedError
 
     def _tick(self, on_tick: Callable[[int], None]) -> None:
-        """Call on_tick, unless the sink is finishing, when an error would come too late to stop it,
-        or an actor has failed, whose error counts."""
+        """Call on_tick, unless the sink is finishing or an actor has failed.
+
+        While the sink finishes, an error of on_tick would come too late to stop it. After a failure
+        the actor's error counts.
+        """
         with self._ticking:
             if self._is_finishing or self._first_error is not None:
                 return
@@ -160,16 +163,17 @@ class Runner:
                 raise
 
     def _stop(self, error: BaseException) -> None:
-        """Wake all actors after Ctrl-C, or an error of `on_tick`.
+        """Wake all actors after Ctrl-C, or after an error of `on_tick`.
 
-        What a run has written that its user stops may be of use; after an error nobody wants it.
+        When the user stops a run, what it has written may be of use; after an error nobody wants
+        it.
         """
         self.stopped = True
         self._is_given_up = not isinstance(error, KeyboardInterrupt | StoppedError)
         self._cancel()
 
     def _wait(self, seconds: float | None) -> bool:
-        """Wait, also for the last item to reach the sink; True once every actor has ended.
+        """Wait until every actor has ended, or all items are in the sink; True in the first case.
 
         Thread.join cannot be used: after a Ctrl-C inside it, Python 3.11 takes a running thread for
         a finished one.
@@ -181,7 +185,7 @@ class Runner:
             return self._running == 0
 
     def _let_finish(self) -> None:
-        """Let the sink finish, which waits until all items are told."""
+        """Let the sink finish: it waits until on_tick has been told of all items."""
         with self._ended:
             self._are_all_told = True
             self._ended.notify_all()

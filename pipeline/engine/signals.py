@@ -1,6 +1,6 @@
 """The signals that stop a run, and ways to hold them back until a step is complete.
 
-The command imports this module before anything else, so it needs the standard library alone.
+The command imports this module before anything else, so the module needs only the standard library.
 """
 
 import signal

@@ -4,9 +4,9 @@ import itertools
 
 
 def split_evenly(count: int, groups: int) -> list[range]:
-    """Split so many items, in order, into groups of about equal size, none of them empty.
+    """Split `count` items, in order, into groups of about equal size, none of them empty.
 
-    groups: at most so many.
+    groups: the most groups to make.
     """
     groups = min(count, groups)
     ends = [count * number // groups for number in range(groups + 1)] if groups else [0]

@@ -10,11 +10,12 @@ from makeup_video.pipeline.frames.affine import AffineArray, compose
 from makeup_video.pipeline.frames.frame import Frame
 
 POINTS = 478  # MediaPipe's Face Mesh order, irises included
-PATCH_SPAN = 0.88  # least width of a lip patch, in IOD: narrower than the lip net learned from
+PATCH_SPAN = 0.88  # least width of a lip patch in IOD; the lip net's training ended at 0.96
 MIN_FACE_PX = 40  # width; smaller faces are not painted
-_FURTHEST_PX = 1e6  # from the picture's corner: further than any picture reaches
-# mouth_visible below which no lipstick is painted, and above which all of it. Medical masks score
-# under 0.1 (549 of 571 under 0.2), mouths over 0.9 (727 of 735); between lie hands and microphones.
+_FURTHEST_PX = 1e6  # from the picture's corner: no picture reaches this far
+# Up to the first mouth_visible no lipstick is painted, from the second on all of it. Medical masks
+# score under 0.1 (549 of 571 under 0.2), mouths over 0.9 (727 of 735). Hands and microphones in
+# front of the mouth score in between.
 _MOUTH_SEEN = 0.4, 0.8
 _FIND = "find_faces(picture) returns the faces of a picture"
 
@@ -47,7 +48,7 @@ class Face:
     points_px: (478, 3) float32: x, y in pixels of the stored picture (pixel centres at whole
     numbers), z in the same unit, smaller is nearer; MediaPipe's Face Mesh order.
     score: the probability that this is a face. mouth_visible: the probability that its mouth is
-    seen.
+    visible.
     track_id: the number of the face, the same in all frames; in a single picture 0, 1, ... by size,
     the largest first, equally large ones from left to right.
     lips: where lipstick goes in this very picture.
@@ -68,7 +69,7 @@ class Face:
 
     @property
     def mouth_weight(self) -> float:
-        """The share of lipstick to paint: 0 when something hides the mouth, 1 when it is seen."""
+        """The share of lipstick to paint: 0 for a hidden mouth, 1 for a visible one."""
         hidden, seen = _MOUTH_SEEN
         return min(max((self.mouth_visible - hidden) / (seen - hidden), 0.0), 1.0)
 
@@ -90,7 +91,7 @@ class Face:
 class FrameFaces:
     """A frame and the faces in it, largest first; a frame may have no face.
 
-    cut: the scene changed at this frame, so what was known of faces before ends here.
+    cut: the scene changes at this frame, so nothing known of earlier faces still holds.
     """
 
     frame: Frame
@@ -117,7 +118,10 @@ def moved(face: Face, to_new: AffineArray) -> Face:
 
 
 def resized(face: Face, across: float, down: float) -> Face:
-    """The face in a picture that was scaled as a whole; pixel centres lie at whole numbers."""
+    """The face in a picture whose width and height were scaled by `across` and `down`.
+
+    Pixel centres lie at whole numbers.
+    """
     to_new = [[across, 0, 0.5 * across - 0.5], [0, down, 0.5 * down - 0.5]]
     return moved(face, np.array(to_new))
 
@@ -129,9 +133,9 @@ def iod_px(face: Face) -> float:
 
 
 def check_faces(faces: Iterable[Face]) -> tuple[Face, ...]:
-    """The faces as a tuple, none of them twice, or it would be painted twice.
+    """The faces as a tuple, each only once: a repeated face would be painted twice.
 
-    Raises TypeError for anything else, and for a face without a list.
+    Raises TypeError for anything but faces, and for a single Face that is not in a list.
     """
     if isinstance(faces, Face):
         raise TypeError("faces must be a list of faces, got one Face: give [face]")
@@ -154,8 +158,8 @@ def check_face_type(face: object) -> None:
 def sound_faces(item: FrameFaces) -> tuple[Face, ...]:
     """The faces that can be painted.
 
-    Their numbers are finite, or one NaN would spread through the smoothing, and not larger than any
-    picture.
+    A face is left out when a number is not finite, since one NaN would spread through the
+    smoothing, or is larger than any picture.
     """
     return tuple(face for face in item.faces if is_sound(face))
 

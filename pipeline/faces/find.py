@@ -1,4 +1,4 @@
-"""Finds the faces of a picture that stands alone; tracker.py follows faces through a video."""
+"""Finds the faces of a single picture; tracker.py follows faces through a video."""
 
 from collections.abc import Iterable, Iterator
 
@@ -20,14 +20,15 @@ from makeup_video.pipeline.frames.views import FramePicture, Picture, RgbPicture
 
 # Longer sides of the detector's input: for most faces, for crowds, for a face that fills the frame.
 DETECTOR_SIDES_PX = (256, 512, 128)
-# How far the picture is turned, in this order, when no face was found upright: heads that tilt, a
-# phone laid flat, a phone on its side.
+# By how much the picture is turned, in this order, when no upright face was found: for heads
+# that tilt, for a phone laid flat, for a phone on its side.
 TILTS_DEGREES = (-40, 40, 180, 90, -90)
-# The input on which a face of 60 px is found in 4K, and the least longer side that needs it.
+# The longer side of the detector's input at which it finds a face of 60 px in 4K, and the longer
+# side of a picture from which on this input is used, too.
 _FINE_SIDE_PX, _FINE_FROM_PX = 1024, 1600
 MAX_FACES = 32  # bounds the time of a frame
-_SAME_WIDTH = 0.97  # of the widest: faces this wide count as equally large
-_ACROSS = 3  # how much more the place from left to right counts than from top to bottom, by eye
+_SAME_WIDTH = 0.97  # share of the largest face's width: faces this wide count as equally large
+_ACROSS = 3  # how much more left to right counts for the order than top to bottom, by eye
 
 
 def find_faces(rgb8: np.ndarray) -> tuple[Face, ...]:
@@ -41,7 +42,7 @@ def find_faces(rgb8: np.ndarray) -> tuple[Face, ...]:
 
 
 def find_faces_in_frame(frame: Frame) -> tuple[FrameFaces, int]:
-    """The faces of a frame that stands alone, and how many faces were too small."""
+    """The faces of a single frame, and how many faces were too small."""
     faces, tiny_faces = find_in(FramePicture(frame), load_nets())
     return FrameFaces(frame, faces), tiny_faces
 
@@ -59,7 +60,7 @@ def find_in(picture: Picture, nets: FaceNets) -> tuple[tuple[Face, ...], int]:
                 break
         if found or tiny:
             break
-    # Numbers go by size, so they do not depend on scores, nor on how the picture is stored.
+    # Faces are numbered by size, so that neither scores nor the stored orientation matter.
     ordered = enumerate(in_order(found))
     return tuple(to_face(landmarks, picture, index) for index, landmarks in ordered), len(tiny)
 
@@ -71,10 +72,10 @@ def new_faces(
     known: Iterable[Similarity],
     average: bool = False,
 ) -> Iterator[FaceLandmarks]:
-    """The faces at these detections, each once, but for those whose poses are known.
+    """The faces at these detections, each once, without the faces whose poses are known.
 
-    A face that is too small comes, too, so it is not located again at its next detection.
-    average: as of `locate`.
+    Faces that are too small are included, so that they are not located again at their next
+    detection. average: see `locate`.
     """
     poses = list(known)
     for detection in detections:
@@ -90,7 +91,7 @@ def new_faces(
 
 
 def fine_sides(picture: Picture) -> tuple[int, ...]:
-    """The further side of the detector's input that small faces in a large picture need."""
+    """The extra side of the detector's input for small faces in a large picture, if it is large."""
     large = max(picture.width_px, picture.height_px) >= _FINE_FROM_PX
     return (_FINE_SIDE_PX,) if large else ()
 
@@ -105,7 +106,7 @@ def largest_first(faces: list[Face]) -> tuple[Face, ...]:
 def in_order(faces: list[FaceLandmarks]) -> list[FaceLandmarks]:
     """Faces sorted by size, equally large ones from left to right and from top to bottom.
 
-    Which of two such faces measures larger would change with the least detail of the picture.
+    Which of two equally large faces measures larger would change with the slightest detail.
     """
     rest, ordered = sorted(faces, key=lambda face: -_area_px2(face)), []
     while rest:

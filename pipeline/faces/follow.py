@@ -22,28 +22,29 @@ from makeup_video.pipeline.frames.clock import is_new_slot
 from makeup_video.pipeline.frames.views import Picture
 
 # How far a face moves between two frames: IOD, log scale or radians, whichever is largest.
-_MOVED_FAR = 0.12  # more: the mesh net reads the face once more, at its new pose
-_AT_REST = 0.015  # less: no more than noise
+_MOVED_FAR = 0.12  # from its expected pose; above this, the mesh net reads the face once more
+_AT_REST = 0.015  # below this, the motion is mere noise
 _JERK = 0.05  # more than a resting face moves in its first frame of motion
-_FAST = 0.08  # more: the mesh net reads every frame
-# The mesh net runs once in a slot of this length; at more the smoothed lips of a still face shake.
+_FAST = 0.08  # above this, the mesh net reads every frame
+# The mesh net runs once in a slot of this length. With longer slots the smoothed lips of a still
+# face would shake.
 _MESH_SECONDS = 0.1
-# IOD between the lips or eyes of the mesh net and those of their own nets: farther, the crops of
-# the lip and eye nets lie in the wrong place.
+# IOD between lips or eyes as the mesh net and as their own net reads them. If they are further
+# apart, the crop of the lip or eye net lies in the wrong place.
 _STRAYED = 0.2
-# Shares of the way to their crop's border: lips beyond it are read again, where it is so much less.
+# Shares of the way from the middle of the lip crop to its border. Lips that reach further than the
+# first share are read again, if in a new crop they reach less far by at least the second.
 _NEAR_BORDER, _CLEARLY_LESS = 0.97, 0.05
 _LIPS_JUMP = 0.05  # IOD in one frame, relative to the eyes
-_SHRUNK = 0.3  # log scale in _MESH_SECONDS: more than any face changes
-_CORRECTION = 0.3  # share of the way to the mesh net's pose; a full step would jolt the crops
-# Of each new reading in the steady centres: the least share, and the distance in IOD at which it
-# alone counts.
+_SHRUNK = 0.3  # log scale in _MESH_SECONDS: no face changes its size this fast
+_CORRECTION = 0.3  # share of the way to the newly fitted pose; all of it would jolt the crops
+# How much a new reading counts in the steady centres: the least share, and the distance in IOD from
+# which on the reading alone counts.
 _STEADY_SHARE, _STEADY_IOD = 0.1, 0.02
 
 
 class _Read(NamedTuple):
-    """What the nets of lips and eyes read, where their crops lay, and how much wider that of the
-    lips should be."""
+    """What the lip and eye nets read, where their crops lay, and the widening the lips need."""
 
     layout: CropLayout
     parts: Parts
@@ -57,11 +58,11 @@ def relocate(
     seconds: float,
     verify: bool = False,
 ) -> FaceLandmarks | None:
-    """The same face a frame later, at `seconds` of the video; None when it is gone.
+    """The same face a frame later, at `seconds` of the video; None when the face is gone.
 
     The lip and eye nets read every frame, at the place that the face's motion leads to. The mesh
     net runs now and then: it reads the other points, and checks that this still is a face. In
-    between, the other points move along. verify: check the mirrored crop, too.
+    between, the other points move along with the eyes. verify: check the mirrored crop, too.
     """
     is_due = is_new_slot(seconds, before.meshed_seconds, _MESH_SECONDS)
     if not (verify or before.moved > _FAST or is_due):
@@ -74,7 +75,7 @@ def relocate(
 def carry(nets: FaceNets, before: FaceLandmarks, motion: Motion) -> FaceLandmarks | None:
     """The same face a frame later, moved by its measured motion.
 
-    None when the nets must read it.
+    None when the nets must read the face instead.
     """
     part_xy = motion.move(before.xy[nets.part_points])
     centres = nets.part_centres(part_xy)
@@ -97,17 +98,17 @@ def carry(nets: FaceNets, before: FaceLandmarks, motion: Motion) -> FaceLandmark
 
 
 def expected_pose(before: FaceLandmarks) -> Similarity:
-    """The pose in the next frame, if the face moves on as it does."""
+    """The pose in the next frame, if the face keeps moving as it does."""
     return _going_on(before).after(before.pose)
 
 
 def _going_on(before: FaceLandmarks) -> Similarity:
-    """The motion to the next frame, if the face moves on as it does; none at rest."""
+    """The motion to the next frame, if the face keeps moving as it does; none at rest."""
     return STAY.towards(before.step, min(max(before.moved / _AT_REST - 0.5, 0), 1))
 
 
 def _moved_along(nets: FaceNets, picture: Picture, before: FaceLandmarks) -> FaceLandmarks:
-    """The face a frame later, whose lips and eyes were read, and whose other points move along."""
+    """The face a frame later: lips and eyes are read, the other points move along with the eyes."""
     read = _read_parts(nets, picture, _expected_layout(nets, before))
     step = _step_between(before.centres, read.parts.centres)
     xy = step.apply(before.xy)
@@ -118,7 +119,7 @@ def _moved_along(nets: FaceNets, picture: Picture, before: FaceLandmarks) -> Fac
 def _read_again(
     nets: FaceNets, picture: Picture, before: FaceLandmarks, seconds: float, verify: bool
 ) -> FaceLandmarks | None:
-    """The face a frame later, all of whose points were read; None when it is gone."""
+    """The face a frame later, with all points read; None when the face is gone."""
     layout = _expected_layout(nets, before)
     checked = _mesh_again(nets, picture, layout.pose, verify)
     if checked is None:
@@ -140,7 +141,7 @@ def _read_again(
 def _next(
     before: FaceLandmarks, xy: np.ndarray, pose: Similarity, step: Similarity, read: _Read
 ) -> FaceLandmarks:
-    """The landmarks a frame later; what the mesh net alone reads is as before."""
+    """The landmarks a frame later; what only the mesh net reads stays as before."""
     layout, parts, widening = read
     return FaceLandmarks(
         xy, before.z, before.scores, pose, parts.lips, layout, parts.centres,
@@ -150,9 +151,9 @@ def _next(
 
 
 def _read_parts(nets: FaceNets, picture: Picture, layout: CropLayout) -> _Read:
-    """Lips and eyes, in crops as expected.
+    """Read lips and eyes in the expected crops.
 
-    Lips that moved or opened at once, beyond their crop, are read again in a crop around them.
+    Lips that suddenly moved or opened beyond their crop are read again in a crop around them.
     """
     parts = nets.read_parts(picture, layout)
     widening = nets.widening(parts.xy, layout.pose)
@@ -166,7 +167,7 @@ def _read_parts(nets: FaceNets, picture: Picture, layout: CropLayout) -> _Read:
 
 
 def _step_between(before: Sequence[complex], now: Sequence[complex]) -> Similarity:
-    """The similarity that leads both eyes' rims of `part_centres` before to those now."""
+    """The similarity that maps both eyes' rims before to the rims now; both: `part_centres`."""
     left, right, new_left, new_right = (*before[3:], *now[3:])
     across = right - left
     turn = (new_right - new_left) / across if across else 1 + 0j
@@ -176,7 +177,7 @@ def _step_between(before: Sequence[complex], now: Sequence[complex]) -> Similari
 def _steady(before: FaceLandmarks, centres: Sequence[complex]) -> list[complex]:
     """The steady centres with one more reading: noise fades, and motion is followed.
 
-    A layout around single readings would swing between two grid points that lie about as near.
+    A layout around single readings would swing between two grid points that are about equally near.
     """
     far = _STEADY_IOD * iod_of(before.pose)
     steady = []
@@ -187,12 +188,12 @@ def _steady(before: FaceLandmarks, centres: Sequence[complex]) -> list[complex]:
 
 
 def _steady_number(mean: float, new: float) -> float:
-    """The same for the widening of the lips' crop; a whole step counts at once."""
+    """The same for the widening of the lip crop; a change by a whole step counts at once."""
     return mean + max(_STEADY_SHARE, min(abs(new - mean), 1)) * (new - mean)
 
 
 def _is_odd(before: FaceLandmarks, found: FaceLandmarks) -> bool:
-    """Whether the lips jumped or vanished, or a resting face moved at once.
+    """Whether the lips jumped or vanished, or a resting face suddenly moved.
 
     Something may be in front of the lips. Or the video skipped a frame, and lips and eyes were read
     in the wrong place.
@@ -204,7 +205,7 @@ def _is_odd(before: FaceLandmarks, found: FaceLandmarks) -> bool:
 
 
 def _expected_layout(nets: FaceNets, before: FaceLandmarks) -> CropLayout:
-    """Where the crops of a face lie in the next frame, if the face moves on as it does."""
+    """Where the crops of a face lie in the next frame, if the face keeps moving as it does."""
     step = _going_on(before)
     centres = [step.apply(centre) for centre in before.steady_centres]
     return nets.layout_around(centres, before.steady_widening).rounded(before.layout)
@@ -213,8 +214,7 @@ def _expected_layout(nets: FaceNets, before: FaceLandmarks) -> CropLayout:
 def _mesh_again(
     nets: FaceNets, picture: Picture, expected: Similarity, verify: bool
 ) -> tuple[Mesh, bool] | None:
-    """The mesh, and whether the face is where it was expected; None when it no longer looks
-    like a face."""
+    """The mesh, and whether the face is where it was expected; None when there is no face."""
     mesh = nets.read_mesh(picture, expected)
     pose = nets.fit_pose(mesh.xy)
     is_where_expected = distance(expected, pose) < _MOVED_FAR

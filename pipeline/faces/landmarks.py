@@ -23,22 +23,26 @@ MAX_DETECTIONS = 64
 # Least scores of the mesh net. 99.5 % of faces score over 0.9, masked ones too; a face that is
 # already followed may look doubtful for a moment.
 _A_FACE, STILL_A_FACE = 0.85, 0.4
-# A face that the picture's border cuts scores less: half of those cut by a third score under 0.85.
-_A_CUT_FACE, _CUT = 0.7, 0.15  # least score, and the share of points beyond the border
+# A face that the picture's border cuts off scores less: of the faces that lose a third, half score
+# under 0.85. A face counts as cut off when this share of its points (_CUT) lies beyond the border.
+_A_CUT_FACE, _CUT = 0.7, 0.15
 _FACE_WIDTH = 1.75  # of the mean face's oval, in IOD
-# Least scores after each pass of the mesh net from a detection, below which there is no further
-# pass. A detection may be off by half a face, so the score means nothing before the second pass.
+# The mesh net reads a detection in several passes. A score below the least score of its pass means
+# that there is no face. A detection may be off by half a face, so the first score means nothing.
 _LEAST_SCORES, _LEAST_SCORES_AVERAGE = (0, 0.02, 0.5), (0, 0, 0.02, 0.5)
-# How often the nets of lips and eyes read a face that was located anew, each time at the place that
-# they found before. After three readings its crops hardly move in the frames that follow.
+# How often the lip and eye nets read a newly located face, each time where they last found lips and
+# eyes. After three readings the crops hardly move in the frames that follow.
 _READINGS, _READINGS_AVERAGE = 3, 2
 _RESIZED = 0.94, 1.06  # two more sizes of the crop for a mean of several readings, by eye
-_LEAST_SEEN = 0.15  # share of the points' box, each way, that lies in the picture; by eye
+_LEAST_SEEN = 0.15  # share of the points' box, each way, that must lie in the picture; by eye
 _LEAST_SPAN_PX = MIN_FACE_PX / 3  # of the longer side of that box, by eye
-_SAME_FACE = 0.6  # IOD between the centres of two poses of one face
-_PART_OF_FACE = 1.15, 0.7  # IOD of the larger face, and ratio of sizes: a mouth taken for a face
-# Mean distance, in IOD, between the points of a crop and of the same crop mirrored. 99 % of faces
-# stay below 0.027, masked ones too; hardly any false detection does.
+# Two poses are of one face when their centres lie less than this apart, in IOD of the larger one.
+_SAME_FACE = 0.6
+# The same for a part of a face that was taken for a face, such as the mouth. A pose may be such a
+# part if its size, relative to the larger one, is below the second number.
+_PART_OF_FACE = 1.15, 0.7
+# Most mean distance, in IOD, between the points read from a crop and from its mirror image. 99 % of
+# faces stay below 0.027, masked ones too; hardly any false detection does.
 _AGREE, AGREE_STILL, _AGREE_CUT = 0.035, 0.05, 0.045
 
 
@@ -47,19 +51,19 @@ class FaceLandmarks:
     """What is known of one face, in upright px of a Picture; points are complex, x + iy.
 
     xy: (478,) complex128. z: (478,) float64.
-    scores: two probabilities: this is a face, and its mouth is visible.
+    scores: the probabilities that this is a face, and that its mouth is visible.
     pose: the similarity that lays the mean face over the points.
     lips: where lipstick goes; its to_px leads to upright px.
     layout: where the crops of the nets lay.
-    centres: five, as of FaceNets.part_centres.
-    steady_centres: the same, but of a resting face means of the last readings; crops lie around
+    centres: five, see FaceNets.part_centres.
+    steady_centres: the same; for a resting face, means of the last readings. The crops lie around
     them.
-    steady_widening: what FaceNets.widening gives, likewise the mean of the last readings.
+    steady_widening: the result of FaceNets.widening, averaged likewise.
     meshed_seconds: when the mesh net last read the face.
     step: the motion since the previous frame, px -> px.
-    moved: how far the pose moved in it: IOD, log scale or radians, whichever is largest.
+    moved: how far the pose moved since then: IOD, log scale or radians, whichever is largest.
     luma: the face's luma, kept only when the motion to the next frame will be measured.
-    painted_px: how many px of a lip patch that is 1 IOD wide take lipstick.
+    painted_px: how many px would take lipstick, if the lip patch were 1 IOD wide.
     """
 
     xy: np.ndarray
@@ -86,8 +90,9 @@ def detect(
 ) -> list[Similarity]:
     """Poses of faces that the detector finds at any of these input sizes, surest first.
 
-    sides_px: longer sides of the detector's input; none is larger than the picture. Several poses
-    may be of one face. There are at most MAX_DETECTIONS, to bound the time of a frame.
+    sides_px: longer sides of the detector's input; larger ones are cut to the picture's longer
+    side. Several poses may be of one face. There are at most MAX_DETECTIONS, to bound the time of a
+    frame.
     """
     longer_px = math.ceil(max(picture.width_px, picture.height_px))
     detections: list[tuple[float, Similarity]] = []
@@ -102,7 +107,7 @@ def locate(
 ) -> FaceLandmarks | None:
     """The face at a detection; None when there is no face after all.
 
-    average: take the mean of several readings, for a picture that stands alone.
+    average: take the mean of several readings, for a single picture.
     """
     pose = detection
     for least_score in _LEAST_SCORES_AVERAGE if average else _LEAST_SCORES:
@@ -129,7 +134,7 @@ def locate(
         xy[nets.part_points] = parts.xy
         if further and average:
             layout = nets.crop_layout(xy)
-        elif further:  # as in the frames that follow
+        elif further:  # as `relocate` does in the frames that follow
             layout = nets.layout_around(parts.centres, widening).rounded()
     return FaceLandmarks(
         xy, z, (face, mouth), nets.fit_pose(xy), parts.lips, layout, parts.centres, parts.centres,
@@ -157,7 +162,7 @@ def is_tiny(pose: Similarity, share: float = 1) -> bool:
 
 
 def is_same(a: Similarity, b: Similarity) -> bool:
-    """True for two poses of one face, and when one pose lies on a part of the other's face."""
+    """True for two poses of one face, and when one pose is of a part of the other's face."""
     small, large = sorted((iod_of(a), iod_of(b)))
     apart = abs(middle_of(a) - middle_of(b)) / large
     reach, ratio = _PART_OF_FACE
@@ -165,8 +170,10 @@ def is_same(a: Similarity, b: Similarity) -> bool:
 
 
 def hides(known: Similarity, pose: Similarity) -> bool:
-    """True where a pose is that of a known face, or lies on it. A face that is too small hides no
-    clearly larger one beside it."""
+    """True when a pose is that of a known face, or lies on that face.
+
+    A face that is too small does not hide a clearly larger one beside it.
+    """
     _, ratio = _PART_OF_FACE
     is_larger = iod_of(known) < ratio * iod_of(pose)
     return is_same(known, pose) and not (is_larger and is_tiny(known))
@@ -190,7 +197,7 @@ def inside(xy: np.ndarray, picture: Picture) -> np.ndarray:
 def disagreement(mesh: Mesh, mirrored: Mesh, pose: Similarity, within: np.ndarray) -> float:
     """Mean distance between two meshes of one face, in IOD, over the points within the picture.
 
-    Points beyond the border are guesses.
+    Points beyond the border are guesses, and do not count.
     """
     if not within.any():
         return math.inf

@@ -11,14 +11,14 @@ _INVISIBLE = 1 / 512  # half a code value of 8 bits
 def lip_mask(rgb8: np.ndarray, face: Face) -> np.ndarray:
     """Where the lip net sees lips: 1 on the lips, 0 beyond their soft edge.
 
-    Painting also follows the contours of the points, and has a soft edge of its own: a pixel beside
-    the border may be painted where this mask is 0, or the other way round.
+    Painting also follows the contours of the landmarks, and has a soft edge of its own. So a pixel
+    beside the border may be painted where this mask is 0, or the other way round.
 
     rgb8: (H, W, 3) uint8, encoded R'G'B', the picture that `face` was found in. Returns (H, W)
     float32 in [0, 1]. The mouth opening is 0, so teeth keep their colour, and so is a hand in front
-    of the lips. All is 0 when the mouth is hidden (`mouth_visible`), when the lips lie outside the
-    picture, and for a face whose numbers are not finite. Raises ValueError for another
-    shape or dtype, TypeError for what is no face.
+    of the lips. The whole mask is 0 when the mouth is hidden (`mouth_visible`), when the lips lie
+    outside the picture, and for a face whose numbers are not finite. Raises ValueError for another
+    shape or dtype, TypeError for anything but a Face.
     """
     check_rgb8(rgb8)
     check_face_type(face)
@@ -39,7 +39,7 @@ def lip_mask_part(face: Face, origin_xy: tuple[int, int], size_wh: tuple[int, in
     """The lip mask in a part of the picture that begins at origin_xy: (H, W) float32 in [0, 1]."""
     to_part = face.lips.to_px.copy()
     to_part[:, 2] -= origin_xy
-    # Logits are interpolated rather than weights: their zero crossing is the border at any scale.
+    # Logits are interpolated, not weights: their zero crossing is the border at any scale.
     logits = cv2.warpAffine(
         face.lips.logits.clip(-20, 20),
         to_part,
@@ -47,7 +47,7 @@ def lip_mask_part(face: Face, origin_xy: tuple[int, int], size_wh: tuple[int, in
         flags=cv2.INTER_CUBIC,
         borderMode=cv2.BORDER_REPLICATE,
     )
-    # by itself, since cubics overshoot beside a step
+    # The patch's outside is warped by itself: a cubic interpolation would overshoot at its border.
     beyond = cv2.warpAffine(np.zeros_like(face.lips.logits), to_part, size_wh, borderValue=-30)
     logits = cv2.add(logits, beyond)
     weight: np.ndarray = 1 / (1 + np.exp(-logits.clip(-30, 30)))

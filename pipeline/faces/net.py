@@ -11,16 +11,16 @@ import numpy as np
 import onnxruntime
 from makeup_video.pipeline.errors import InstallError
 
-_SMALL_PX = 320 * 320  # of an input: with more, an arena would keep much memory
+_SMALL_PX = 320 * 320  # of an input; after a larger one, an arena would keep much memory
 SHIPPED = files("makeup_video.pipeline") / "weights"
 
 
 class Net:
     """One net: crops (N, H, W, 3) uint8 R'G'B' -> its outputs by name, float32.
 
-    options: ONNX Runtime's, to begin with; None for its defaults.
-    has_arena: memory is kept from call to call; what a large input took is given back.
-    Raises InstallError when its weights are missing or damaged.
+    options: ONNX Runtime's session options, which this changes further; None for its defaults.
+    has_arena: keep memory from call to call, except the memory that a large input needed.
+    Raises InstallError when the weights are missing or damaged.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Net:
 def read(name: str, folder: Traversable = SHIPPED) -> bytes:
     """The bytes of a weights file, checked against its hash.
 
-    Raises InstallError when it is missing, or not the file that was shipped.
+    Raises InstallError when the file is missing, or is not the one that was shipped.
     """
     try:
         data = (folder / name).read_bytes()

@@ -38,14 +38,15 @@ from makeup_video.pipeline.frames.views import Picture
 
 _RIMS = slice(16, 48)  # of EYE: the two rings around the lids
 _POSE_CENTRES = [0, 3, 4]  # of part_centres: lips and both eyes' rims
-# Of a new mesh in the points that are not painted: the least share, and how the share rises with
-# the mean offset, in units of the one from which on a part has strayed. The latter by eye.
+# How much a new mesh counts for the points outside lips and eyes: the least share, and how the
+# share rises with the mean offset, in units of strayed_px (see merge_mesh). The rise was chosen by
+# eye.
 _LEAST_SHARE, _SHARE_RISE = 0.2, 14
 _MIRRORED = np.array([-1, 1, 1])
 _CELL = 8  # px of the detector's input per cell of its output
 _SIDE_MULTIPLE = 32  # px: the sides of the detector's input are multiples of this
 _NEIGHBOURS = np.ones((3, 3), np.uint8)
-_LARGE_CELLS = 3.0  # IOD in cells: all neighbours of a face's cell then belong to the same face
+_LARGE_CELLS = 3.0  # IOD in cells from which on all neighbours of a face's cell show the same face
 _LEAST_APART = 0.9  # IOD: two faces lie no closer than this
 
 
@@ -53,7 +54,7 @@ class Mesh(NamedTuple):
     """What the mesh net reads.
 
     xy: (478,) complex128 px. z: (478,) px.
-    scores: two probabilities: this is a face, and its mouth is visible.
+    scores: the probabilities that this is a face, and that its mouth is visible.
     """
 
     xy: np.ndarray
@@ -62,11 +63,11 @@ class Mesh(NamedTuple):
 
 
 class Parts(NamedTuple):
-    """What the nets of lips and eyes read.
+    """What the lip and eye nets read.
 
     xy: (186,) complex128 px, the points `FaceNets.part_points`.
     lips: where lipstick goes; its to_px leads to upright px.
-    centres: five px, as of `FaceNets.part_centres`.
+    centres: five, in px, see `FaceNets.part_centres`.
     """
 
     xy: np.ndarray
@@ -78,13 +79,14 @@ class FaceNets:
     """All four nets and the mean face, loaded once."""
 
     def __init__(self, folder: Traversable = SHIPPED) -> None:
-        # Its blocks are large: the system would fill each with zeros, which takes 1 ms a call.
+        # The detector needs large blocks of memory. Without an arena the system would fill each new
+        # block with zeros, which takes 1 ms a call.
         self.detector = Net("detector", folder, has_arena=True)
         self.mesh = Net("mesh", folder)
         self.lips, self.eye = Net("lips", folder), Net("eye", folder)
         self.mean_face = read_array("mean_face.npy", folder).astype(np.float64)  # (478, 3) IOD
         self.mirror = read_array("mirror.npy", folder).astype(int)  # (478,) mirror image of a point
-        self._shut = read_array("shut_eyes.npy").astype(np.float64)  # fitted with the shipped nets
+        self._shut = read_array("shut_eyes.npy").astype(np.float64)  # fits the shipped nets
         parts = LIPS, EYE, self.mirror[EYE]
         self.part_points = np.concatenate(parts)
         self.rest_points = np.setdiff1d(np.arange(POINTS), self.part_points)
@@ -152,7 +154,7 @@ class FaceNets:
     def part_centres(self, part_xy: np.ndarray) -> list[complex]:
         """Five means of the part points (186,): lips, both lid contours, and both eyes' rims.
 
-        The order is lips, left lids, right lids, left rim, right rim. Lids that move leave the rims
+        The order is lips, left lids, right lids, left rim, right rim. Moving lids leave the rims
         where they are.
         """
         centres: list[complex] = (self._means @ part_xy).tolist()
@@ -175,19 +177,22 @@ class FaceNets:
         return CropLayout(pose, (lips, left, right), widening)
 
     def layout_that_holds(self, parts: "Parts", widening: float, most: float) -> CropLayout:
-        """A layout around parts in which lips reach at most that share of the way to the border of
-        their crop, if any crop is wide enough.  widening: of these parts."""
+        """A layout around these parts whose lip crop holds the lips, if any crop is wide enough.
+
+        most: how far the lips may reach, as a share of the way to the crop's border. widening: of
+        these parts.
+        """
         layout = self.layout_around(parts.centres, widening).rounded()
         if self.lips_reach(parts.xy, layout) > most:
             layout = self.layout_around(parts.centres, math.ceil(widening)).rounded()
         return layout
 
     def widening(self, part_xy: np.ndarray, pose: Similarity) -> float:
-        """lips_widening of the points `part_points`, (186,)."""
+        """`lips_widening` of the part points (186,)."""
         return lips_widening(part_xy[self._parts[0]], pose)
 
     def lips_reach(self, part_xy: np.ndarray, layout: CropLayout) -> float:
-        """lips_reach of the points `part_points`, (186,)."""
+        """`lips_reach` of the part points (186,)."""
         return lips_reach(part_xy[self._parts[0]], layout)
 
     def read_parts(
@@ -211,11 +216,11 @@ class FaceNets:
         return Parts(xy, patch, self.part_centres(xy))
 
     def merge_mesh(self, xy: np.ndarray, z: np.ndarray, mesh: Mesh, strayed_px: float) -> bool:
-        """Moves the points, in place, to those of the mesh.
+        """Moves the points towards those of the mesh, in place.
 
-        Lips and eyes are moved only where they strayed by more than strayed_px. The rest is moved
-        by a share of the difference where that is small: it is noise, and would jolt the face's
-        pose. Returns True when lips or eyes had strayed.
+        Lips and eyes are moved only if they strayed by more than strayed_px. The other points are
+        moved by a share of the difference if it is small: a small difference is noise, and would
+        jolt the face's pose. Returns True when lips or eyes had strayed.
         """
         rest, parts = self.rest_points, self.part_points
         off = (mesh.xy - xy)[rest]
@@ -242,7 +247,7 @@ class FaceNets:
 
 
 def _complex(offsets: np.ndarray) -> np.ndarray:
-    """Points of a net (K, 3) -> (K,) complex128, x + iy."""
+    """Points as a net gives them, (K, 3) -> (K,) complex128, x + iy."""
     xy = np.empty(len(offsets), np.complex128)
     xy.real, xy.imag = offsets[:, 0], offsets[:, 1]
     return xy
@@ -251,8 +256,8 @@ def _complex(offsets: np.ndarray) -> np.ndarray:
 def decode_cells(cells: np.ndarray, threshold: float) -> list[tuple[float, Similarity]]:
     """(6, rows, columns) of the detector -> (logit, pose) in px of its input, surest first.
 
-    Of each cell: the logit of a face, dx and dy to the centre of the face in cells, the logarithm
-    of its IOD in cells, cosine and sine of its turn. threshold: the least probability of a face.
+    A cell holds the logit of a face, dx and dy to the face's centre in cells, the logarithm of the
+    IOD in cells, and cosine and sine of the turn. threshold: the least probability of a face.
     """
     logits = cells[0]
     rows, columns = np.nonzero(logits > math.log(threshold / (1 - threshold)))
@@ -273,7 +278,7 @@ def decode_cells(cells: np.ndarray, threshold: float) -> list[tuple[float, Simil
 
 
 def _cell_values(cells: np.ndarray, row: int, column: int) -> np.ndarray:
-    """(5,) values of a cell; for a large face, the mean with its neighbours by probability.
+    """(5,) values of a cell; for a large face, their mean over the neighbours, too, by probability.
 
     The neighbours of a small face's cell may belong to another face, so they do not count.
     """

@@ -1,7 +1,7 @@
 """Measures how a face moved between two frames from its luma: cheaper than running the nets again.
 
 Dense inverse search (Kroeger et al., "Fast Optical Flow using Dense Inverse Search", ECCV 2016) on
-a small upright crop takes a sixth of the work of the nets; docs/live.md has what is lost.
+a small upright crop takes a sixth of the work of the nets; docs/live.md says what is lost.
 """
 
 from dataclasses import dataclass
@@ -22,8 +22,9 @@ _ROWS, _COLUMNS = np.mgrid[:_SIDE, :_SIDE].astype(np.float32)
 # Least correlation of the old crop with the new one, moved back. Below it, the crop shows something
 # else: a hand, or teeth in a mouth that opens.
 _ALIKE, _MOUTH_ALIKE = 0.98, 0.965
-# IOD, the standard deviation of the vertical motion around the mouth. The flow measures too little
-# motion of a mouth that opens or shuts fast, and lipstick would lie on the skin beside it.
+# Limit of the standard deviation of the vertical motion around the mouth, in IOD. When a mouth
+# opens or shuts fast, the flow measures too little motion, and lipstick would lie on the skin
+# beside it.
 _MOUTH_STRETCHES = 0.01
 _MOUTH = np.s_[round(0.55 * _SIDE) : round(0.95 * _SIDE), round(0.2 * _SIDE) : round(0.8 * _SIDE)]
 _FURTHEST = 0.1  # of the crop's side: longer flow is not reliable
@@ -87,7 +88,7 @@ class Motion:
 
 
 class MeasureMotion:
-    """Two crops of a face -> Motion. Keeps the buffers of the search: one object a thread."""
+    """Two crops of a face -> Motion. Keeps the search's buffers, so each thread needs its own."""
 
     def __init__(self) -> None:
         self._search = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST)
@@ -105,7 +106,7 @@ class MeasureMotion:
         return LumaCrop(eight_bits(luma, picture.frame), to_px)
 
     def __call__(self, before: LumaCrop, now: LumaCrop) -> Motion | None:
-        """None when the two crops do not show the same, or too much moved."""
+        """None when the two crops do not show the same thing, or when too much moved."""
         start = np.zeros((*_SIZE, 2), np.float32)  # `now` lies where the face is expected
         flow = np.asarray(self._search.calc(before.luma8, now.luma8, start), np.float32)
         if not np.abs(flow).max() < _FURTHEST * _SIDE:
@@ -123,5 +124,5 @@ class MeasureMotion:
 
 
 def _correlation(a: np.ndarray, b: np.ndarray) -> float:
-    """-1 to 1; 1 for a flat picture."""
+    """The correlation of two pictures, -1 to 1; 1 for a flat picture."""
     return float(cv2.matchTemplate(a, b, cv2.TM_CCOEFF_NORMED)[0, 0])

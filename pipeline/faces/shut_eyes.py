@@ -1,8 +1,8 @@
-"""Lids of a shut eye meet.
+"""Makes the lids of a shut eye meet.
 
-The eye net learned from MediaPipe's points, whose lids stay apart on a shut eye by up to a seventh
-of its width. There a slit of bare lid would be left between shadow and liner above and below. So
-where the lids lie close together, a logistic model of the eye's points and of the colours on and
+The eye net learned from MediaPipe's points, which leave the lids of a shut eye apart by up to a
+seventh of the eye's width. Shadow and liner above and below would leave a slit of bare lid there.
+So where the lids lie close together, a logistic model of the eye's points and of the colours on and
 around the slit decides whether the eye is shut (training/faces/fit_shut_eyes.py).
 """
 
@@ -10,21 +10,21 @@ import cv2
 import numpy as np
 from makeup_video.pipeline.faces.topology import EYE, EYE_CONTOUR
 
-# Opening in widths of the eye. From the first on an eye is open; below the second only the model
+# Opening in widths of the eye. From the first on an eye is open; below the second the model alone
 # decides.
 _OPEN, _NARROW = 0.2, 0.16
 # Log-odds up to which lids stay where they are, and from which on they meet.
 _STAY, _MEET = -0.5, 1.5
-_TOGETHER = 0.5  # of the other eye's log-odds: eyes blink together
-_MEETING_LINE = 0.7  # of the way from the upper to the lower lid
+_TOGETHER = 0.5  # weight of the other eye's log-odds: eyes blink together
+_MEETING_LINE = 0.7  # where lids meet, as a share of the way from the upper to the lower lid
 _LID = slice(0, len(EYE_CONTOUR))  # places in EYE
-_LOWER = slice(1, 8)  # from the outer to the inner corner, without these
-_UPPER = slice(15, 8, -1)  # the same above
-# Rows of the colours: widths of the eye above the upper and below the lower lid, where skin is
-# seen, and shares of the way between the lids.
+_LOWER = slice(1, 8)  # from the outer to the inner corner, without the corners
+_UPPER = slice(15, 8, -1)  # likewise
+# Rows on which colours are read: on the skin above the upper and below the lower lid, at distances
+# in widths of the eye, and between the lids, at shares of the way.
 _BESIDE = np.array([0.09, 0.18])
 _BETWEEN = np.linspace(0, 1, 6)
-_DARKEST = 8.0  # added to code values before logarithms are taken: darker ones are noise
+_DARKEST = 8.0  # added to code values before taking logarithms: darker codes are noise
 _COLOURS = np.array([[0.3, 1, 0], [0.59, -1, -1], [0.11, 0, 1]])  # brightness, red, blue
 _PLACES = 2 * len(EYE)
 NUMBERS = _PLACES + 1 + 3 * (len(_BETWEEN) + 2 * len(_BESIDE)) * 7
@@ -36,10 +36,10 @@ def close_shut_eyes(
     """Let the lids of shut eyes meet, in place.
 
     points: (N, 53, 3) of EYE, in IOD from the middle of the crop. crops: (N, H, W, 3) uint8,
-    R'G'B', of eyes at the left of the face, or mirrored ones. weights: (NUMBERS + 1,) of the model,
-    the constant last. span: width of a crop in IOD.
+    R'G'B', of eyes at the left of the face, or mirrored eyes at its right. weights: (NUMBERS + 1,)
+    of the model, the constant last. span: width of a crop in IOD.
     """
-    # 0 for open eyes
+    # how much the model decides: 0 for an open eye, 1 for a narrow one
     narrow = [min(max((_OPEN - opening_of(eye)) / (_OPEN - _NARROW), 0.0), 1.0) for eye in points]
     if not any(narrow):
         return
@@ -58,13 +58,16 @@ def close_shut_eyes(
 
 
 def opening_of(eye: np.ndarray) -> float:
-    """How far an eye (53, 3) is open, in its widths."""
+    """How far an eye (53, 3) is open, in widths of the eye."""
     return float((eye[_LOWER, 1] - eye[_UPPER, 1]).max()) / _width(eye)
 
 
 def numbers_of(eye: np.ndarray, crop: np.ndarray, span: float) -> np.ndarray:
-    """(NUMBERS,) that the model reads: the points in widths of the eye from the middle of its lids,
-    the opening, and logarithms of colours less those of the skin around."""
+    """The numbers that the model reads, (NUMBERS,).
+
+    They are the points, in widths of the eye from the middle of its lids; the opening; and the
+    logarithms of colours less those of the skin around.
+    """
     numbers = np.empty(NUMBERS)
     places, colours = numbers[:_PLACES].reshape(-1, 2), numbers[_PLACES + 1 :]
     places[:] = eye[:, :2] - eye[_LID, :2].sum(0) * (1 / _LID.stop)
@@ -80,7 +83,7 @@ def _width(eye: np.ndarray) -> float:
 
 
 def _colours(eye: np.ndarray, crop: np.ndarray, span: float) -> np.ndarray:
-    """(10, 7, 3): rows from above the upper lid to below the lower one."""
+    """Log colours relative to the skin, (10, 7, 3): from above the upper to below the lower lid."""
     upper, lower = eye[_UPPER, :2], eye[_LOWER, :2]
     down = _BESIDE[:, None, None] * [0, _width(eye)]
     between = upper + _BETWEEN[:, None, None] * (lower - upper)

@@ -1,4 +1,4 @@
-"""Which of MediaPipe's 478 points are lips, eyes and oval.
+"""Which of MediaPipe's 478 points are lips, eyes, brows and oval.
 
 Left and right are those of the picture.
 """
@@ -34,7 +34,7 @@ EYE = np.concatenate([EYE_CONTOUR, [
     468, 469, 470, 471, 472,
 ]])  # fmt: skip
 
-# The same of the eye at the right: EYE, mirrored.
+# The eye at the right: EYE, mirrored point by point.
 RIGHT_EYE = np.array([
     263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387, 388, 466,
     359, 255, 339, 254, 253, 252, 256, 341, 463, 467, 260, 259, 257, 258, 286, 414,

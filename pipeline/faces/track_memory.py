@@ -1,11 +1,11 @@
-"""What a stage remembers of each track, until a longer absence ends it."""
+"""What a stage remembers of each track, until a long absence ends the memory."""
 
 from collections.abc import Hashable
 from typing import Generic, Protocol, TypeVar
 
 
 class Remembered(Protocol):
-    """What is remembered of one track, and when it was last seen."""
+    """What is remembered of one track, and when the track was last seen."""
 
     @property
     def last_seconds(self) -> float: ...
@@ -16,7 +16,7 @@ T = TypeVar("T", bound=Remembered)
 
 
 class TrackMemory(dict[Key, T], Generic[Key, T]):
-    """A dict that forgets what was not seen for more than gap_seconds. Call `clear` at a cut.
+    """A dict that forgets tracks not seen for more than gap_seconds. Call `clear` at a cut.
 
     Raises ValueError for a gap of 0 or less.
     """
@@ -28,9 +28,9 @@ class TrackMemory(dict[Key, T], Generic[Key, T]):
         self.gap_seconds = gap_seconds
 
     def forget(self, now: float) -> None:
-        """Drop what was last seen more than gap_seconds before or after `now`.
+        """Drop the tracks that were last seen more than gap_seconds before or after `now`.
 
-        What was seen after `now` is left from before the clock jumped back.
+        A track seen after `now` is left over from before the clock jumped back.
         """
         oldest, newest = now - self.gap_seconds, now + self.gap_seconds
         for key in [key for key, value in self.items() if not _is_in(value, oldest, newest)]:

@@ -1,9 +1,9 @@
 """Frame -> FrameFaces: finds faces and follows them from frame to frame.
 
-A face is followed from where it was: the crops of the nets lie where the points of the last frame
-were. The detector searches the whole picture only when no face is followed, when a face was lost,
-after a cut, and now and then for new faces, seldom for those that are small in a large picture: by
-the seconds of the video, not by frames.
+A face is followed from where it was: the nets' crops lie where its points were in the last frame.
+The detector searches the whole picture only when no face is followed, when a face was lost, after a
+cut, and now and then for new faces. It seldom searches for faces that are small in a large picture.
+The searches are timed by the video's seconds, not by a count of frames.
 """
 
 import math
@@ -39,24 +39,24 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.scene_cut import CutDetector
 from makeup_video.pipeline.frames.views import FramePicture, Picture
 
-# The detector's input while a face is followed: other faces are smaller.
+# The longer side of the detector's input while a face is followed: other faces are smaller.
 BESIDE_SIDES_PX = (320,)
-STILL_WIDE_ENOUGH = 0.85  # of the least width: a followed face may be a little narrower
-DETECT_SECONDS = 0.24  # slots of time, in each of which new faces are searched once
+STILL_WIDE_ENOUGH = 0.85  # share of the least width: a followed face may be a little narrower
+DETECT_SECONDS = 0.24  # length of the slots of time: each has one search for new faces
 SEARCH_SECONDS = 0.08  # the same while no face is followed, or one was lost a moment ago
-FINE_SECONDS = 4.0  # the same for faces that are small in a large picture: 20 ms each time
-# The same two on a machine that is too slow: see FindFaces.level.
+FINE_SECONDS = 4.0  # the same for small faces in a large picture: such a search takes 20 ms
+# DETECT_SECONDS and SEARCH_SECONDS on a machine that is too slow: see FindFaces.level.
 SLOW_DETECT_SECONDS, SLOW_SEARCH_SECONDS = 1.0, 0.32
 # A face that reappears near its place within this time keeps its number, even if it is another
 # person.
 REMEMBER_SECONDS = 2.0
 SETTLED_SECONDS = 0.5  # how long a face must keep a new size before the track takes it over
-RETURN_REACH = 1.5  # how far off it may reappear, as of `distance`
-# Ratios of a face's size to the one it had, chosen by eye: within the first two it is as large as
-# before, and beyond the others another face.
+RETURN_REACH = 1.5  # how far off a lost face may reappear: see `distance`
+# Ratios of a face's size to its settled size, chosen by eye. Within the first range, the size is
+# the same; outside the second, it is another face.
 _KEPT_SIZE, _OTHER_SIZE = (0.87, 1.15), (0.5, 2)
-_SPEED_SHARE = 0.5  # of the newest speed in that of a track
-# While no face is followed the picture is searched upright every second time.
+_SPEED_SHARE = 0.5  # weight of the newest speed in a track's speed
+# While no face is followed, the picture is searched upright every second time.
 _SEARCHED_DEGREES = tuple(degrees for tilt in TILTS_DEGREES for degrees in (0, tilt))
 
 
@@ -92,8 +92,10 @@ class _Track:
             self.settled_pose, self.settled_seconds = landmarks.pose, seconds
 
     def distance_to(self, pose: Similarity, seconds: float) -> float:
-        """How far a face is from where this one was, or would be by now: see `distance`; infinite
-        for a face of another size."""
+        """How far a pose is from where this face was, or would be by now: see `distance`.
+
+        Infinite for a face of another size.
+        """
         low, high = _OTHER_SIZE
         if not low < iod_of(pose) / iod_of(self.settled_pose) < high:
             return math.inf
@@ -109,7 +111,7 @@ class FindFaces:
     level: a QualityLevel, which may be set between two frames. From FEWER_DETECTIONS on the
     detector runs less often. From SIMPLER_TRACKING on the nets read each face in every second
     frame; in between, the face moves by its measured motion, where that is reliable.
-    tiny_faces: how many faces were left out because they are too small, counted in each search.
+    tiny_faces: how many faces were left out as too small; each search counts anew.
     frames_with_face: how many frames had a face. faces: how many tracks there were.
     """
 
@@ -193,7 +195,7 @@ class FindFaces:
         return len(kept) < len(followed)
 
     def _carried(self, picture: FramePicture, track: _Track) -> FaceLandmarks | None:
-        """The face by its measured motion; None when the nets must read it."""
+        """The face, moved by its measured motion; None when the nets must read the face."""
         before = track.landmarks
         if before.luma is None or not self._is_between(track, self._frames):
             return None
@@ -208,7 +210,7 @@ class FindFaces:
     def _is_between(self, track: _Track, index: int) -> bool:
         """True when a track is not read in the frame of this index.
 
-        Even tracks are read in even frames, odd tracks in odd ones, so that no frame takes longer.
+        Even tracks are read in even frames, odd tracks in odd ones: this spreads the work evenly.
         """
         return self.level >= QualityLevel.SIMPLER_TRACKING and (index + track.track_id) % 2 == 1
 
@@ -235,7 +237,7 @@ class FindFaces:
     def _search_everywhere(
         self, picture: Picture, seconds: float, tilts_degrees: tuple[float, ...]
     ) -> None:
-        """Search a new scene at every size, and turned when no face is upright."""
+        """Search a new scene at every input size; also turned, if no upright face was found."""
         self._last_fine_seconds = seconds
         tiny = self._detect(picture, seconds, (*DETECTOR_SIDES_PX, *fine_sides(picture)))
         for tilt_degrees in tilts_degrees:
@@ -247,7 +249,7 @@ class FindFaces:
         return is_new and self.level < QualityLevel.FEWER_DETECTIONS and bool(fine_sides(picture))
 
     def _search(self, picture: Picture, seconds: float) -> None:
-        """Detect beside followed faces, else with the next input size and tilt."""
+        """Search beside followed faces, or without any, with the next input size and tilt."""
         self._detections += 1
         if self._followed():
             self._detect(picture, seconds, BESIDE_SIDES_PX)
@@ -265,10 +267,10 @@ class FindFaces:
         tilt_degrees: float = 0,
         known_tiny: Sequence[Similarity] = (),
     ) -> list[Similarity]:
-        """Start to follow the faces that the detector finds and no track follows yet.
+        """Start to follow the faces that the detector finds and that no track follows yet.
 
-        Returns the poses of those that are too small. known_tiny: such poses that this search has
-        found before.
+        Returns the poses of the faces that are too small. known_tiny: such poses that this search
+        has already found.
         """
         self._last_detection_seconds = seconds
         poses = [track.landmarks.pose for track in self._followed()]
@@ -289,11 +291,10 @@ class FindFaces:
         return tiny
 
     def _start(self, faces: list[FaceLandmarks], seconds: float) -> None:
-        """Follow faces on the tracks of those that were lost a moment ago, or on new tracks, in the
-        order given.
+        """Follow faces on tracks that were lost a moment ago, or on new tracks in the order given.
 
         The tracks are chosen for all faces of a detection at once. One by one, a face could take
-        the track of its neighbour, and the surest would choose first.
+        the track of a neighbour that comes later.
         """
         lost = [track for track in self._tracks if not track.is_followed]
         distances = [[track.distance_to(face.pose, seconds) for track in lost] for face in faces]

@@ -1,4 +1,4 @@
-"""The lines about what cannot be read or written: the system's reason, and what to do about it."""
+"""Messages about files that cannot be read or written: the system's reason, and what to do."""
 
 import errno
 
@@ -38,9 +38,9 @@ def unreadable(what: object, error: OSError, as_what: str = "") -> str:
 
 
 def unwritable(what: object, error: Exception, otherwise: str) -> str:
-    """The line about a file that cannot be written; otherwise: the advice on other errors.
+    """The line about a file that cannot be written.
 
-    error: the system's or FFmpeg's.
+    error: the system's or FFmpeg's.  otherwise: the advice for an error that `_WRITING` lacks.
     """
     advice = _WRITING.get(getattr(error, "errno", None) or 0, otherwise)
     return f"{what} cannot be written: {reason_of(error)}; {advice}"

@@ -1,4 +1,4 @@
 """How files of pictures begin."""
 
 PNG_MARK = b"\x89PNG\r\n\x1a\n"
-JPEG_MARK = b"\xff\xd8"  # and a segment, which begins with ff
+JPEG_MARK = b"\xff\xd8"  # a segment follows, which begins with ff

@@ -23,7 +23,7 @@ def target_of(path: Path) -> Path:
     """
     if "\0" in str(path):
         raise OutputError(f"the output {str(path)!r} has a NUL in its name: leave it out")
-    # os.path: a name that is too long for a file is no link, and no error here
+    # os.path, not Path: with it a name that is too long counts as no link and raises nothing
     return Path(os.path.realpath(path)) if os.path.islink(path) else path
 
 
@@ -56,7 +56,7 @@ def keep_apart(output: Path, read: Path) -> None:
 def check_apart(outputs: Sequence[Path], origins: Sequence[Origin] = ()) -> None:
     """Raises UsageError for two outputs that are one file.
 
-    origins: what each output is made of, where its name is that of a template.
+    origins: what each output is made of, where names come from a template; else empty.
     """
     places: dict[str, int] = {}
     for at, output in enumerate(outputs):
@@ -138,8 +138,8 @@ class OutputFile:
     def keep(self) -> None:
         """Give the part, which is whole, the output's name.
 
-        Raises UsageError when another program has made a file of that name meanwhile, which must
-        not be overwritten. The part is then kept.
+        Raises UsageError when another program has made a file of that name meanwhile and the run
+        must not overwrite it. The part then stays.
         """
         if self._on_whole is not None:
             self._on_whole()

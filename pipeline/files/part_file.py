@@ -23,8 +23,8 @@ class PartFile:
     overwrite: remove what an earlier run left there. Of a link only the link is removed, and a file
     that has other names keeps its content under those.
     own_path: the path to write to. On Linux it leads to this very file, even when another program
-    puts a link in the place of the part; elsewhere it is the name, and only `rename` notices such a
-    link.
+    puts a link in the place of the part. Elsewhere it is the file's name, and only `rename` notices
+    such a link.
     Raises UsageError when the place is taken, OutputError or OSError when it cannot be used.
     """
 
@@ -110,7 +110,7 @@ def remove_ended(path: Path) -> None:
 
     Raises UsageError when the run has not ended.
     """
-    if not os.path.lexists(path):  # nor does a name exist that is too long for a file
+    if not os.path.lexists(path):  # also False for a name that is too long
         return
     with contextlib.suppress(FileNotFoundError):
         check_part(path, overwrite=True)

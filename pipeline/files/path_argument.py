@@ -8,8 +8,9 @@ GIVE_NAME = "give the name of a file"
 def check_path(argument: str, path: object, how: str = GIVE_NAME) -> str:
     """The path as text.
 
-    argument: its name in the message.  how: what to give in place of another type than bytes.
-    Raises TypeError unless it is a str, or a Path or the like, of text.
+    argument: the argument's name in the message.  how: what to give instead of a wrong type; bytes
+    have their own advice.
+    Raises TypeError unless the path is a str, or a Path or the like that holds text.
     """
     text = os.fspath(path) if isinstance(path, str | bytes | os.PathLike) else None
     if isinstance(text, str):

@@ -5,9 +5,9 @@ from pathlib import Path
 
 
 def seen_from(folder: Path, file: str) -> Path:
-    """A file's path relative to a folder; its full path where no other leads there.
+    """A file's path relative to a folder, or its full path where no relative path leads there.
 
-    So it is on Windows for a file on another drive.
+    The latter happens on Windows for a file on another drive.
     """
     full = os.path.abspath(file)
     try:

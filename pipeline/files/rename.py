@@ -16,8 +16,8 @@ def rename_new(old: Path, new: Path) -> None:
 
     Raises FileExistsError when anything has the name `new`, even a broken link, and OSError for any
     other reason. The system checks and renames in one step, by `renameat2` or a hard link. On a
-    file system that has neither (exFAT, some network shares) the check comes first: what takes the
-    name in the microseconds between is replaced.
+    file system that has neither (exFAT, some network shares) the check comes first: a file that
+    takes the name in the microseconds between is replaced.
     """
     if os.name == "nt":
         os.rename(old, new)  # on Windows it never replaces a file

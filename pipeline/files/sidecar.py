@@ -20,9 +20,9 @@ class Sidecar:
     src: the run's input.  dst: the main output, None when there is none.
     others: more files of the run, which must not be replaced.
     wanted: what src must be, for messages.
-    what: its name in messages.  no_endings: how its name must not end.
-    begins, ends: written before and after everything else.
-    Raises InputError when src is no file, UsageError or OutputError when the place is not free.
+    what: what messages call the file.  no_endings: extensions that the file must not have.
+    begins, ends: text that is written before and after everything else.
+    Raises InputError when src is not a file, UsageError or OutputError when the place is not free.
     """
 
     what: ClassVar[str]
@@ -41,7 +41,7 @@ class Sidecar:
     ) -> None:
         if not os.fspath(path):
             raise UsageError(f"the name of {self.what} is empty: give one")
-        if os.fspath(path) == "-":  # of many programs the name of stdout
+        if os.fspath(path) == "-":  # for many programs the name of stdout
             raise UsageError(
                 f"{self.what} is not written to stdout, got -: give a file, or ./- for one of that "
                 "name"

@@ -17,8 +17,9 @@ Columns = Callable[[list[str]], list[str]]
 
 
 class TableRow(NamedTuple):
-    """A row of a table. Tables have millions, and a dataclass would take three times as long.
+    """A row of a table.
 
+    A NamedTuple, since tables have millions of rows and a dataclass would take three times as long.
     line: the number of its first line, from 1.  cells: by column, without blanks around them.
     """
 
@@ -48,7 +49,7 @@ def open_table(
         ):
             yield lines
     except MakeupVideoError:
-        raise  # some are OSErrors, but none is of this file
+        raise  # some of our errors are OSErrors, but none is about this file
     except UnicodeDecodeError as error:
         raise fault(f"{path} cannot be read as {kind}: it is not UTF-8 text; {AS_UTF8}") from error
     except FileNotFoundError as error:
@@ -66,8 +67,8 @@ def table_rows(
     """The rows of a table whose cells are not all blank.
 
     Cells are separated by commas, or by semicolons where line 1 has no comma.
-    columns: checks the names of the columns, which are in lower case, and returns what rows call
-    them.  Raises `fault`, naming file and line, for what is no proper CSV.
+    columns: gets the names of the columns in lower case, checks them, and returns the names that
+    rows use.  Raises `fault`, naming file and line, for text that is not proper CSV.
     """
     first = next(lines, "")
     between = "," if "," in first or ";" not in first else ";"

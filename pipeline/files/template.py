@@ -24,10 +24,10 @@ _NOT_IN_NAMES = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|]+')
 
 
 class Origin(NamedTuple):
-    """What an output is made of, for its name and for messages about that.
+    """What an output is made of, for its name and for messages about the name.
 
-    values: of the fields that a template may have.  source: the input.  look: the look's name, or
-    the file and line of its row.  row: of a list of jobs, that of the input; empty for none.
+    values: by field, for templates.  source: the input.  look: the look's name, or the file and
+    line of its row.  row: the input's row in a list of jobs; empty for none.
     """
 
     values: Mapping[str, str]
@@ -40,7 +40,7 @@ class Template:
     """A template of output names.
 
     fields: the fields in it, in their order.  Raises UsageError for an unknown field, and for
-    braces that hold no field: a brace of a name is written twice.
+    braces that hold no field: a brace that belongs to a name is written twice.
     """
 
     def __init__(self, text: str) -> None:
@@ -56,7 +56,7 @@ class Template:
             self.fields.append(field)
 
     def fill(self, origin: Origin) -> Path:
-        """The name for values of the fields; characters that no file name has become "-".
+        """The name of an output; characters in values that no file name can have become "-".
 
         Raises UsageError for a field whose value is missing or empty.
         """
@@ -76,7 +76,7 @@ class Template:
         folder = Path(self.text).parent
         while _fields_of(str(folder)):
             folder = folder.parent
-        return Path(str(folder).format())  # braces of a name are written twice
+        return Path(str(folder).format())  # undoubles the braces of a name
 
 
 def _fields_of(text: str) -> list[tuple[str, str, str]]:

@@ -62,7 +62,7 @@ class Affine(NamedTuple):
         return (self.d * x - self.b * y) / area, (self.a * y - self.c * x) / area
 
 
-AS_STORED: AffineArray = np.eye(2, 3)  # the map of a picture that needs no turn: always this object
+AS_STORED: AffineArray = np.eye(2, 3)  # for a picture stored upright: always this object
 
 
 def compose(second: AffineArray, first: AffineArray) -> AffineArray:

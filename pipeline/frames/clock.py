@@ -6,7 +6,7 @@ from makeup_video.pipeline.frames.frame import Frame
 
 # A face that was absent for longer is smoothed as a new one: four frames at 30 fps.
 GAP_SECONDS = 0.15
-_STEP_SHARE = 0.1  # of the newest step in the usual step
+_STEP_SHARE = 0.1  # weight of the newest step in the usual step
 _LEAST_STEP = 0.8  # of the usual step; a smaller share leaves frames that come in pairs less even
 _EARLY = 1e-6  # s, so that times at the edge of a slot fall into the same slot despite rounding
 
@@ -28,8 +28,10 @@ def is_new_slot(seconds: float, last: float, length_seconds: float) -> bool:
 
 
 class MediaClock:
-    """Seconds of the video, from the first frame's on; they always advance, whatever the frames'
-    timestamps do."""
+    """Seconds of the video, which begin with the first frame's own time.
+
+    They always advance, whatever the frames' timestamps do.
+    """
 
     def __init__(self) -> None:
         self.seconds = 0.0
@@ -53,9 +55,9 @@ class MediaClock:
 class EvenTimes:
     """Arrival times whose shortest steps are stretched to most of the usual step.
 
-    A camera takes its pictures evenly, but a busy machine may receive two at once. With the times
-    as they arrive, the second picture would seem to hold enormous noise, and hardly count. The
-    steps that follow are shortened by the time added.
+    A camera takes its pictures evenly, but a busy machine may receive two at once. With unchanged
+    arrival times, the second picture would seem to hold enormous noise, and would hardly count. The
+    steps that follow are shortened by the time that was added.
     """
 
     def __init__(self) -> None:

@@ -18,7 +18,7 @@ _SAME = {10: 9}
 
 @dataclass(frozen=True, slots=True)
 class ColourTags:
-    """How the codes of a frame mean colour: code points of ITU-T H.273, as in FFmpeg.
+    """How a frame's codes encode colour: code points of ITU-T H.273, as in FFmpeg.
 
     matrix: 1 BT.709, 5 and 6 BT.601, 9 BT.2020, 2 unspecified.
     range: 1 limited ("MPEG", 16..235), 2 full ("JPEG", 0..255), 0 unspecified.
@@ -42,7 +42,7 @@ class ColourTags:
         )
 
     def complete(self, picture: av.VideoFrame) -> None:
-        """Set on a picture those of these tags that it lacks."""
+        """Give a picture these tags where it has none of its own."""
         if picture.colorspace == _UNSPECIFIED:
             picture.colorspace = self.matrix
         if picture.color_range == 0:

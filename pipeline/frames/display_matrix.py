@@ -19,10 +19,10 @@ def matrix_of(picture: av.VideoFrame) -> tuple[int, ...] | None:
 
 
 def turn_of(picture: av.VideoFrame) -> int:
-    """The counter-clockwise turn in degrees, 0, 90, 180 or 270, that makes a decoded picture
-    upright, as its display matrix says.
+    """The counter-clockwise turn, 0, 90, 180 or 270 degrees, that makes a decoded picture upright.
 
-    PyAV's `rotation` calls a picture that is mirrored left and right turned by 180 degrees.
+    Reads the display matrix itself: PyAV's `rotation` takes a picture that is mirrored left to
+    right for one that is turned by 180 degrees.
     """
     matrix = matrix_of(picture)
     if matrix is None:

@@ -10,16 +10,16 @@ import numpy as np
 from makeup_video.kernels.colour import Coding
 from makeup_video.pipeline.frames.colour_tags import FULL_RANGE, ColourTags, is_full_range, resolve
 
-_INTERLEAVED = ("nv12", "nv16")  # a plane of luma, and one of Cb and Cr in turn
+_INTERLEAVED = ("nv12", "nv16")  # a plane of luma, and one in which Cb and Cr alternate
 
 
 class Layout(NamedTuple):
     """What FFmpeg's name of a pixel format means.
 
-    Looked up once a format: every attribute of a PyAV format costs a new object, and several stages
-    need one for every frame.
+    It is looked up once per format: every attribute of a PyAV format costs a new object, and
+    several stages need one for every frame.
 
-    chroma: px of a picture for a chroma sample, across and down.
+    chroma: px of a picture per chroma sample, across and down.
     in_planes: luma, Cb and Cr lie in planes that numpy reads as they are: of bytes, or of
     little-endian words whose high bits are empty.
     """
@@ -56,8 +56,8 @@ class Frame:
     pix_fmt: FFmpeg's name of the pixel format, such as yuv420p or yuv420p10le.
     pts: presentation time in ticks of `time_base` (seconds per tick); the origin is the source's.
     rotation_degrees: counter-clockwise turn (0, 90, 180 or 270) that makes the picture upright. The
-    stored picture is never turned: only face finding reads the rotation.
-    tags: where they tell no range, of the full one if the pixel format's name does ("yuvj420p").
+    stored picture itself is never turned.
+    tags: if they give no range, it is full where the pixel format's name says so ("yuvj420p").
     """
 
     picture: av.VideoFrame
@@ -121,8 +121,8 @@ class Frame:
     def writable_planes(self) -> tuple[np.ndarray, ...]:
         """The planes for painting. Call this only when something will be painted.
 
-        The decoder may still predict later frames from this memory. FFmpeg then copies it here
-        (0.2 ms at 1080p), else painting would change those frames.
+        The decoder may still predict later frames from this memory. If so, FFmpeg copies it here
+        (0.2 ms at 1080p); otherwise painting would change those frames.
         """
         self.picture.make_writable()
         self._planes = None

@@ -29,5 +29,5 @@ UPRIGHT = ORIENTATIONS[1]
 
 
 def orientation_of(value: Any) -> Orientation:
-    """The orientation of the number in an EXIF block; upright for any number but 1 to 8."""
+    """The orientation that a number in an EXIF block means; upright for any number but 1 to 8."""
     return ORIENTATIONS.get(int(value), UPRIGHT)

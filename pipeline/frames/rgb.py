@@ -42,10 +42,10 @@ def as_uint8(codes: np.ndarray) -> np.ndarray:
 def merge(stored: np.ndarray, frame: Frame, before: Sequence[np.ndarray]) -> np.ndarray:
     """The stored pixels, with those that painting changed converted back from the frame.
 
-    stored: as for to_frame. before: the frame's planes before painting. The very same array when
-    nothing changed.
+    stored: as for to_frame. before: the frame's planes before painting. Returns `stored` itself
+    when nothing changed.
     """
-    import cv2  # not loaded for videos, which do not pass here
+    import cv2  # late: videos do not pass here, and need not load it
 
     changed = np.zeros(stored.shape[:2], bool)
     for old, new in zip(before, frame.planes, strict=True):

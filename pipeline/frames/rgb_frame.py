@@ -9,7 +9,7 @@ from makeup_video.kernels.colour import Coding, matrices
 from makeup_video.pipeline.frames.frame import Frame, plane_views
 from makeup_video.pipeline.frames.rgb import PICTURE_TAGS
 
-# Of PICTURE_TAGS, between codes of Y'CbCr and codes of R'G'B'
+# Matrices of PICTURE_TAGS, between codes of Y'CbCr and codes of R'G'B'.
 _TO_RGB, _TO_CODES = matrices(Coding(1, True))
 _TO_RGB, _TO_CODES = _TO_RGB * 255, _TO_CODES / [255, 255, 255, 1]
 _TICK = Fraction(1, 1_000_000)
@@ -26,7 +26,7 @@ class RgbFrame:
     """
 
     def __init__(self, rgb8: np.ndarray, seconds: float) -> None:
-        self._rgb8 = np.array(rgb8, order="C")  # of no subclass, such as a file's
+        self._rgb8 = np.array(rgb8, order="C")  # a plain array, no subclass such as a memory map
         self._before = cv2.split(cv2.transform(self._rgb8, _TO_CODES))
         height, width = rgb8.shape[:2]
         picture = av.VideoFrame(width, height, "yuv444p")
@@ -36,7 +36,7 @@ class RgbFrame:
         self.frame = Frame(picture, pts, _TICK, PICTURE_TAGS)
 
     def painted(self) -> np.ndarray:
-        """The picture, with the pixels that painting changed converted back; called once."""
+        """The picture, with the pixels that painting changed converted back. Call it once."""
         planes = self.frame.planes
         changed = np.zeros(planes[0].shape, np.uint8)
         for old, new in zip(self._before, planes, strict=True):

@@ -25,7 +25,7 @@ def pixel_places(size_wh: tuple[int, int]) -> np.ndarray:
 def sample(plane: np.ndarray, to_px: AffineArray, size_wh: tuple[int, int]) -> np.ndarray:
     """A crop of a plane (H, W) or (H, W, C), by bilinear samples.
 
-    Where the crop shrinks the plane, the samples are of averages of 2x2, 4x4, ... px.
+    Where the crop shrinks the plane, averages of 2x2, 4x4, ... px are sampled.
     to_px: (2, 3), crop px -> plane px. Beyond the plane the border is repeated.
     """
     factor = shrink_factor(step_px(to_px))
@@ -52,9 +52,9 @@ def remap(plane: np.ndarray, places: np.ndarray) -> np.ndarray:
 def reach_of(
     maps: list[list[list[float]]], sizes: Sequence[tuple[int, int]]
 ) -> list[tuple[float, float]]:
-    """(lowest, highest) x and y in the plane of all pixels of these crops.
+    """What all pixels of these crops cover of the plane: (lowest, highest) of x, and of y.
 
-    maps: one map a crop, crop px -> plane px, as nested lists (2, 3).
+    maps: one map per crop, crop px -> plane px, as nested lists (2, 3).
     """
     reach = []
     for axis in (0, 1):
@@ -74,7 +74,7 @@ def step_px(to_px: AffineArray) -> float:
 
 
 def step_of(to_px: list[list[float]]) -> float:
-    """The same of a map as nested lists (2, 3)."""
+    """The same as `step_px`, for a map as nested lists (2, 3)."""
     (a, b, _), (c, d, _) = to_px
     return float(abs(a * d - b * c) ** 0.5)
 
@@ -102,7 +102,7 @@ class _Box(NamedTuple):
 
 
 def part_around(reach: list[tuple[float, float]], plane: np.ndarray, multiple: int) -> _Box:
-    """The part of a plane within reach (of x, of y) and a little around it.
+    """The part of a plane within `reach`, see reach_of, and a little around it.
 
     Its edges lie at multiples of `multiple`, so that averages do not change when a crop moves.
     """

@@ -7,11 +7,12 @@ import numpy as np
 from makeup_video.pipeline.frames.sampling import halved
 
 _GRID_WH = (32, 18)
-# At least so many samples are averaged for each cell, so that grain does not look like another
-# scene. They come from few whole rows, because memory is read 64 px at a time.
+# At least this many samples are averaged for each cell, so that grain does not look like another
+# scene. They come from a few whole rows, because memory is read 64 px at a time.
 _SAMPLES = 128
-# Correlation of neighbouring frames: pans and waving hands stay above 0.8, and only a face that
-# leaves a plain wall comes near this. One in ten cuts to another scene stays above it: not found.
+# Correlation of neighbouring frames. Pans and waving hands stay above 0.8, and only a face that
+# leaves a plain wall comes near this limit. One in ten cuts to another scene stays above it and is
+# missed.
 _SAME_SCENE = 0.5
 # 8-bit codes: a grid with less contrast (black, white, the end of a fade) is not compared.
 _FLAT = 3.0
@@ -23,8 +24,8 @@ class CutDetector:
     The correlation does not depend on brightness and contrast, and flat frames are skipped. So
     flashes and fades are no cuts, unless another scene follows.
 
-    begins: whether the last frame was the first one that is not flat, of the video or after flat
-    ones.
+    begins: True when the last frame was the first one that is not flat, in the video or after flat
+    frames.
     """
 
     def __init__(self) -> None:
@@ -51,7 +52,7 @@ class CutDetector:
 
 
 def _few_rows(luma: np.ndarray) -> np.ndarray:
-    """The rows to average: the least power of two for each cell that gives enough samples."""
+    """The rows to average: for each cell, the least power of two that gives enough samples."""
     rows, (h, w) = 1, luma.shape
     while rows * w < _SAMPLES * _GRID_WH[0] and rows * _GRID_WH[1] * 2 <= h:
         rows *= 2

@@ -11,8 +11,8 @@ from av.sidedata.sidedata import Type as SideDataType
 def all_side_data(picture: av.VideoFrame) -> Mapping[SideDataType, Any]:
     """All frame side data of a picture by kind, each a buffer.
 
-    PyAV's own `picture.side_data` would be kept by the picture and refer to it: every picture that
-    was asked for it would stay in memory until Python looks for garbage.
+    PyAV's own `picture.side_data` is not used. The picture keeps it, and it refers to the picture,
+    so the picture would stay in memory until Python collects garbage.
     """
     new_container: Any = SideDataContainer  # PyAV's stubs have no constructor
     return {data.type: data for data in new_container(picture)}

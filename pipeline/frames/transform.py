@@ -9,7 +9,7 @@ from makeup_video.kernels.colour import Coding
 from makeup_video.pipeline.frames.colour_tags import FULL_RANGE
 from makeup_video.pipeline.frames.frame import Frame, coding_of, plane_views
 
-_SMPTE_170M = 6  # BT.601 for 525 lines; its matrix is that of 5, which FFmpeg's converter names
+_SMPTE_170M = 6  # BT.601, 525 lines; same matrix as 5, for which FFmpeg's converter has a name
 
 
 def squared(picture: av.VideoFrame, aspect: Fraction) -> av.VideoFrame:
@@ -27,7 +27,7 @@ def squared(picture: av.VideoFrame, aspect: Fraction) -> av.VideoFrame:
 
 
 def fitted(picture: av.VideoFrame, size_wh: tuple[int, int]) -> av.VideoFrame:
-    """A 4:2:0 copy of that size: as large as fits with its aspect ratio, with black bars."""
+    """A 4:2:0 copy of size_wh: scaled as large as fits, with black bars around it."""
     (wide, high), scale = size_wh, min(size_wh[0] / picture.width, size_wh[1] / picture.height)
     inner_wh = [max(2, round(side * scale / 2) * 2) for side in (picture.width, picture.height)]
     inner_wh = [min(inner_wh[0], wide), min(inner_wh[1], high)]
@@ -78,7 +78,7 @@ def with_tags(out: av.VideoFrame, picture: av.VideoFrame) -> av.VideoFrame:
 
 
 def upright_rgb(frame: Frame) -> np.ndarray:
-    """(H, W, 3) uint8 R'G'B' of an upright copy of an 8-bit frame, which other threads may read."""
+    """An upright copy, (H, W, 3) uint8 R'G'B', of an 8-bit frame that other threads may read."""
     coding = coding_of(frame)
     # a copy: PyAV keeps its converter with a picture, and changes the picture's tags meanwhile
     picture = copied(frame.picture).reformat(

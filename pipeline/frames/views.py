@@ -26,7 +26,7 @@ from makeup_video.pipeline.frames.sampling import (
     warp,
 )
 
-# FFmpeg makes no frame of so many px, counted with a margin to the right and below.
+# FFmpeg makes no frame of this many px, counted with a margin to the right and below.
 _MOST_PX, _MARGIN_PX = (2**31 - 1) // 8, 128
 
 Crop = tuple[AffineArray, tuple[int, int]]  # crop px -> upright px, and (width, height)
@@ -45,8 +45,10 @@ class Picture(Protocol):
         ...
 
     def crops(self, groups: Sequence[Crops]) -> list[np.ndarray]:
-        """(K, H, W, 3) of each group: less work than one by one for crops of about the same scale
-        that lie close together."""
+        """(K, H, W, 3) uint8 for each group of crops.
+
+        Less work than one by one, if the crops have about the same scale and lie close together.
+        """
         ...
 
     def whole(self, size_wh: tuple[int, int]) -> np.ndarray:
@@ -80,7 +82,7 @@ class RgbPicture:
 
     def __init__(self, rgb8: np.ndarray) -> None:
         check_rgb8(rgb8)
-        self.rgb8 = np.ascontiguousarray(rgb8)  # once here, else OpenCV copies it for every crop
+        self.rgb8 = np.ascontiguousarray(rgb8)  # once here, or OpenCV copies it for every crop
         self.height_px, self.width_px = rgb8.shape[:2]
         self.to_stored = AS_STORED
 

@@ -1,4 +1,4 @@
-"""The orientation that a picture's EXIF block declares, and the small picture in it."""
+"""The orientation that a picture's EXIF block declares, and the thumbnail in the block."""
 
 import struct
 import warnings
@@ -7,10 +7,10 @@ from typing import Literal
 from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orientation_of
 
 _ORIENTATION_TAG = 0x0112
-EXIF_MARK = b"Exif\0\0"  # with which a block may begin, as in JPEG and HEIC
-_SHORT = 3  # a type of numbers
-_SIZES = {_SHORT: 2, 4: 4}  # bytes, by the type of a number: SHORT and LONG
-# Where the small picture lies and how long it is: as JPEG, and as plain pixels.
+EXIF_MARK = b"Exif\0\0"  # a block may begin with this mark, as in JPEG and HEIC
+_SHORT = 3  # EXIF's code for the number type SHORT
+_SIZES = {_SHORT: 2, 4: 4}  # bytes of a number by its type: SHORT and LONG
+# The tags of the thumbnail's offset and length: of a JPEG, and of plain pixels.
 _THUMBNAIL_TAGS = ((0x0201, 0x0202), (0x0111, 0x0117))
 
 
@@ -20,19 +20,19 @@ def orientation(block: bytes | None) -> Orientation:
 
 
 def orientation_alone(block: bytes) -> bytes:
-    """A short EXIF block with nothing but the orientation that a block declares."""
+    """A short EXIF block that holds only the orientation of the given block."""
     entry = struct.pack("<HHIHH", _ORIENTATION_TAG, _SHORT, 1, _orientation_tag(block), 0)
     return b"II*\0" + struct.pack("<IH", 8, 1) + entry + bytes(4)
 
 
 def _orientation_tag(block: bytes) -> int:
-    """1 to 8; 1, which is upright, where none is declared."""
+    """The orientation tag, 1 to 8; 1 (upright) when the block declares none."""
     from PIL import Image  # late: videos do not need Pillow
 
     exif = Image.Exif()
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # Pillow's, about damaged blocks
+            warnings.simplefilter("ignore")  # Pillow warns about damaged blocks
             exif.load(block)
             declared = exif.get(_ORIENTATION_TAG, 1)
     except Exception:  # noqa: BLE001  # a damaged block may make Pillow raise anything
@@ -41,10 +41,10 @@ def _orientation_tag(block: bytes) -> int:
 
 
 def without_thumbnail(block: bytes) -> bytes:
-    """An EXIF block without the small picture, which would still show the face unpainted.
+    """An EXIF block without its thumbnail, which would still show the unpainted face.
 
-    Where its place is given in another way, only the entry that leads to it is removed. A damaged
-    block stays.
+    When the block gives the thumbnail's place in a way that we do not read, only the link to the
+    thumbnail's directory is removed. A damaged block is returned unchanged.
     """
     base = len(EXIF_MARK) if block.startswith(EXIF_MARK) else 0
     order: Literal["little", "big"] = "little" if block[base : base + 2] == b"II" else "big"
@@ -56,12 +56,12 @@ def without_thumbnail(block: bytes) -> bytes:
 
     try:
         first = base + number(base + 4, 4)
-        link = first + 2 + 12 * number(first, 2)  # where the place of the second directory stands
+        link = first + 2 + 12 * number(first, 2)  # here stands the second directory's offset
         second = base + number(link, 4)
         if second == base:
             return block
         entries = range(second + 2, second + 2 + 12 * number(second, 2), 12)
-        # one number, of a type that holds offsets: others stand for a place where numbers are
+        # Only entries with a single SHORT or LONG hold their value; others may hold its offset.
         values = {
             number(at, 2): number(at + 8, _SIZES[number(at + 2, 2)])
             for at in entries

@@ -1,4 +1,4 @@
-"""What PNG, JPEG and HEIF files hold beside their pixels and beside what OpenCV returns.
+"""Reads what PNG, JPEG and HEIF files hold beyond what OpenCV returns, and writes it back.
 
 PNG (W3C, third edition), section 11.3; JPEG File Interchange Format 1.02.
 """
@@ -29,32 +29,33 @@ _PNG_TAGS = {
     b"gAMA": "gamma",
     b"cHRM": "primaries",
     b"cICP": "code of its colours",
-    b"sRGB": "",  # nothing is lost where it is left out
+    b"sRGB": "",  # nothing is lost when this chunk is left out
     b"tEXt": "texts",
     b"zTXt": "texts",
     b"iTXt": "texts",
 }
-# Texts that OpenCV reads as XMP, or in which older programs kept EXIF, XMP and profiles, which
-# would describe the unpainted picture.
+# Texts that are not copied: OpenCV reads the first as XMP. In the others older programs kept EXIF,
+# XMP and profiles, which would describe the unpainted picture.
 _KNOWN_TEXTS = (b"XML:com.adobe.xmp\0", b"Raw profile type ")
-_IPTC_TEXTS = (b"Raw profile type iptc\0", b"Raw profile type 8bim\0")  # alone, or Photoshop's
-_EXTENDED_XMP = b"http://ns.adobe.com/xmp/extension/\0"  # of a JPEG's APP1
-_COLOUR_TYPE = slice(25, 26)  # of a PNG's header
-# Colour types that OpenCV returns as RGB: PNGs of a palette, and of grey with transparency.
+# IPTC alone, or within Photoshop's data.
+_IPTC_TEXTS = (b"Raw profile type iptc\0", b"Raw profile type 8bim\0")
+_EXTENDED_XMP = b"http://ns.adobe.com/xmp/extension/\0"  # begins such an APP1 segment of a JPEG
+_COLOUR_TYPE = slice(25, 26)  # its place in a PNG file
+# PNG colour types that OpenCV returns as RGB: palette, and grey with transparency.
 _READ_AS_RGB = {b"\3": "palette", b"\4": "grey"}
 _GREY = b"\0"
-_IHDR_END = 33  # of a PNG: the mark, and the header with its length, name and checksum
-_JFIF = b"\xff\xe0\x00\x10JFIF\0"  # how the first segment of most JPEGs begins
-_JFIF_END = 20  # of the file's bytes, where that segment has no small picture
-_DENSITY = slice(13, 18)  # of the file's bytes: a unit, and pixels across and down
-_PER_METRE = {1: 1 / 0.0254, 2: 100.0}  # of JFIF's units, inch and centimetre
+_IHDR_END = 33  # a PNG's mark, and its header with length, name and checksum, end here
+_JFIF = b"\xff\xe0\x00\x10JFIF\0"  # the first segment of most JPEGs begins so
+_JFIF_END = 20  # that segment ends at this byte of the file if it has no thumbnail
+_DENSITY = slice(13, 18)  # bytes of the file: a unit, and pixels across and down
+_PER_METRE = {1: 1 / 0.0254, 2: 100.0}  # JFIF's units, inch and centimetre, per metre
 _SUFFIXES = {"png": "png", "jpeg": "jpg", "webp": "webp"}
-_UNKNOWN_PER_INCH = (72, 96)  # what programs write that know no resolution
-_LEAST_BYTES = 100  # behind a picture: fewer are no picture
-_GAIN_MAP = b"urn:iso:std:iso:ts:21496:"  # how a segment begins that announces one
+_UNKNOWN_PER_INCH = (72, 96)  # programs that know no resolution write these values
+_LEAST_BYTES = 100  # fewer bytes behind a picture cannot be another picture
+_GAIN_MAP = b"urn:iso:std:iso:ts:21496:"  # begins a segment that announces a gain map
 _ADOBE_GAIN_MAP = b"hdrgm:"
-# What XMP says of further pictures, movies and XMP in the same file: the names that Adobe, Google
-# and Apple use, as attributes and as elements.
+# The names with which Adobe, Google and Apple announce further pictures, movies and XMP in the same
+# file. They occur as attributes and as elements.
 _ANNOUNCED = (
     rb"(?:hdrgm:|Container:|Item:|HDRGainMap:|GCamera:Motion|GCamera:MicroVideo|"
     rb"xmpNote:HasExtendedXMP)[\w.-]*"
@@ -67,9 +68,10 @@ class FileTags(NamedTuple):
     """What a file holds that OpenCV does not return.
 
     kind: "png" or "jpeg"; "" for other files.  names: what the blocks hold, in words.
-    blocks: chunks of a PNG, comments and IPTC of a JPEG, as they stand in the file.
-    per_metre: the pixels across and down that a metre holds in print; None: not given.
-    lost: a line for what no output holds.  conversions: what reading the pixels changes.
+    blocks: chunks of a PNG, or comments and IPTC of a JPEG, as they stand in the file.
+    per_metre: the print resolution, pixels per metre across and down; None: not given.
+    lost: lines about data that no output can hold.
+    conversions: how reading the file changes the pixels, such as "CMYK -> RGB".
     """
 
     kind: str
@@ -81,7 +83,7 @@ class FileTags(NamedTuple):
 
 
 def file_tags(data: bytes) -> FileTags:
-    """The tags of a picture's file. A file that is damaged has those before the damage."""
+    """Read the tags of a picture's file; of a damaged file, those before the damage."""
     if data.startswith(PNG_MARK):
         return _tags_of_png(data)
     if is_heif(data):
@@ -90,9 +92,9 @@ def file_tags(data: bytes) -> FileTags:
 
 
 def with_file_tags(data: bytes, kind: str, tags: FileTags) -> tuple[bytes, list[str]]:
-    """A picture as OpenCV writes it with what its kind of file can hold, and a line for the rest.
+    """Add the tags that the file can hold; return the new file, and lines about lost tags.
 
-    kind: of the file that `data` is, "png", "jpeg" or "webp".
+    data: a file as OpenCV writes it.  kind: of that file, "png", "jpeg" or "webp".
     """
     lost = [] if kind == tags.kind else list(tags.names)
     blocks = tags.blocks if kind == tags.kind else b""
@@ -114,9 +116,9 @@ def with_file_tags(data: bytes, kind: str, tags: FileTags) -> tuple[bytes, list[
 
 
 def without_announcements(xmp: bytes) -> bytes:
-    """XMP without what it says of a gain map, further pictures, a movie or more XMP in the file.
+    """XMP that no longer announces a gain map, further pictures, a movie or more XMP in the file.
 
-    They are not written, and a viewer would look for them in vain.
+    We do not write those, so a viewer would look for them in vain.
     """
     kept, begin, depth = [], 0, 0
     for tag in _TAG.finditer(xmp):
@@ -158,7 +160,7 @@ def _tags_of_png(data: bytes) -> FileTags:
 
 
 def _tags_of_jpeg(data: bytes) -> FileTags:
-    found = list(segments(data))  # once: a large photo takes milliseconds
+    found = list(segments(data))  # only once, since a large photo takes milliseconds
     comments = b"".join(segment(*one) for one in found if one[0] == COMMENT)
     per_metre = None
     if data[len(JPEG_MARK) :].startswith(_JFIF) and len(data) >= _JFIF_END:
@@ -184,8 +186,7 @@ def _tags_of_heif(data: bytes) -> FileTags:
 
 
 def _lost_behind(found: Sequence[Segment]) -> tuple[str, ...]:
-    """A line for what follows a picture in its file: a gain map, further pictures, a movie, or data
-    of a phone."""
+    """A line about data behind the picture: a gain map, more pictures, a movie, a phone's data."""
     rest = behind_picture(found).strip(b"\0")
     if len(rest) < _LEAST_BYTES:
         return ()

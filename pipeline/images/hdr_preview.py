@@ -1,8 +1,8 @@
 """Converts HDR planes for a JPEG: brightness is kept, highlights are rolled off, hues are close.
 
-Exact colours would need linear light for every pixel. Here luma follows the curve of grey, and
-chroma is multiplied by the slope of that curve: exact for grey, close for skin, a little pale for
-deep reds.
+Exact colours would need linear light for every pixel. Instead luma follows the tone curve of grey,
+and chroma is multiplied by the slope of that curve. The result is exact for grey, close for skin,
+and a little pale for deep reds.
 """
 
 from functools import lru_cache
@@ -18,7 +18,7 @@ from makeup_video.kernels.colour import (
     to_linear,
 )
 
-_KNEE = 0.5  # light up to half of HDR's reference white stays as it is; white itself becomes 0.75
+_KNEE = 0.5  # light up to half of HDR's reference white stays unchanged; white itself becomes 0.75
 JFIF = Coding(6, True)
 
 
@@ -51,7 +51,7 @@ def rolled_off(light: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=4)
 def _curve(coding: Coding) -> tuple[np.ndarray, np.ndarray]:
-    """For every code of grey: its 8-bit luma, uint8, and the slope of that over R'G'B', float32."""
+    """For each code of grey: 8-bit luma, uint8, and the curve's slope over R'G'B', float32."""
     to_rgb, _ = matrices(coding)
     neutral = (coding.max_code + 1) // 2
     codes = np.arange(coding.max_code + 1)
@@ -65,7 +65,7 @@ def _curve(coding: Coding) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache(maxsize=4)
 def _of_chroma(coding: Coding) -> list[list[float]]:
-    """What chroma adds to luma, Cb and Cr where the slope is 1: rows (of Cb, of Cr, constant)."""
+    """How chroma changes luma, Cb and Cr at slope 1: three rows (factor of Cb, of Cr, constant)."""
     to_rgb, _ = matrices(coding)
     _, to_codes = matrices(JFIF)
     srgb = np.linalg.inv(from_srgb_primaries(coding.primaries))

@@ -1,7 +1,7 @@
-"""Reads HEIF photos, such as the HEIC files of phones, by pi-heif.
+"""Reads HEIF photos, such as the HEIC files of phones, with pi-heif.
 
-The primary picture of the file is read, upright, tiles joined. Thumbnails, depth and the gain map
-of HDR photos are left out: without the gain map a photo is what an ordinary screen shows.
+The file's primary picture is read, upright and with its tiles joined. Thumbnails, depth and the
+gain map of HDR photos are left out. Without the gain map a photo looks as on an ordinary screen.
 """
 
 from io import BytesIO
@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from makeup_video.pipeline.errors import InstallError
 
-# Brands of ISO/IEC 23008-12, annex B: HEVC pictures. "mif1" says only that there is a picture.
+# Brands of HEVC pictures (ISO/IEC 23008-12, annex B). "mif1" says only that there is a picture.
 _STILLS = {b"heic", b"heix", b"heim", b"heis"}
 _ANY = {b"mif1"}
 _OTHERS = {b"avif", b"avis"}
-HEAD_BYTES = 64  # of the file: enough for the brands that cameras write
-_BANDS_PX = 1_000_000  # colours are converted in bands of this many pixels, which bounds the memory
-# How a file names what stands beside its picture: ISO/IEC 23008-12, 6.5.8; ISO 21496-1 (an item of
-# the kind "tmap"); and Apple's names. pi-heif does not list all of them.
+HEAD_BYTES = 64  # the first bytes of a file, enough for the brands that cameras write
+_BANDS_PX = 1_000_000  # colours are converted in bands of this many pixels, to bound the memory
+# Marks of data beside the picture: ISO/IEC 23008-12, 6.5.8; ISO 21496-1 (an item of the kind
+# "tmap"); and Apple's names. pi-heif does not list all of this data.
 _BESIDE = {
     b":hdrgainmap\0": "gain map of HDR",
     b"tmap\0": "gain map of HDR",
@@ -26,7 +26,7 @@ _BESIDE = {
     b"matte\0": "masks of the camera",
 }
 
-# What pi-heif raises for damaged files.
+# The errors that pi-heif raises for damaged files.
 _DAMAGE = (OSError, ValueError, SyntaxError, RuntimeError, EOFError, IndexError)
 
 
@@ -44,9 +44,9 @@ def is_heif(head: bytes) -> bool:
 
 
 def _library(name: object) -> Any:
-    """pi-heif, set to leave out everything but the pictures.
+    """Import pi-heif, set to read nothing but the pictures.
 
-    name: the photo, for the message. Raises InstallError when pi-heif is missing.
+    name: the photo, for the message.  Raises InstallError when pi-heif is missing.
     """
     try:
         import pi_heif
@@ -58,7 +58,7 @@ def _library(name: object) -> Any:
     pi_heif.options.THUMBNAILS = False
     pi_heif.options.DEPTH_IMAGES = False
     pi_heif.options.AUX_IMAGES = False
-    pi_heif.options.DECODE_THREADS = 2  # as many as the AVIF decoder has for a visitor's photo
+    pi_heif.options.DECODE_THREADS = 2  # as many as the AVIF decoder gets for a visitor's photo
     return pi_heif
 
 
@@ -82,10 +82,11 @@ def size_wh(data: bytes, name: object) -> tuple[int, int]:
 
 
 def decode(data: bytes, name: object) -> tuple[np.ndarray, dict[str, Any]]:
-    """Decode to ((H, W, 1, 3 or 4) uint8, or uint16 for deeper files, RGB(A); pi-heif's info).
+    """Decode to (pixels, pi-heif's info).
 
-    Colours without an ICC profile are converted to sRGB by `to_srgb`. The EXIF block in the info
-    says "upright", which the picture is. Raises DamagedHeifError, InstallError.
+    The pixels are (H, W, 1, 3 or 4), grey or RGB(A), uint8, or uint16 for deeper files. Colours
+    without an ICC profile are converted to sRGB by `to_srgb`. The picture is upright, and the EXIF
+    block in the info says so. Raises DamagedHeifError, InstallError.
     """
     pi_heif = _library(name)
     try:
@@ -104,7 +105,7 @@ def decode(data: bytes, name: object) -> tuple[np.ndarray, dict[str, Any]]:
 
 
 def losses(data: bytes) -> tuple[list[str], list[str]]:
-    """What `decode` leaves out of a photo that it has decoded, and what it changes, in words."""
+    """In words: the data that `decode` leaves out of a photo, and the conversions that it makes."""
     pi_heif = _library("this")
     try:
         file = pi_heif.open_heif(BytesIO(data))
@@ -121,20 +122,20 @@ def losses(data: bytes) -> tuple[list[str], list[str]]:
 
 
 def bit_depth(data: bytes) -> int:
-    """Bits a sample of a photo that `decode` has decoded."""
+    """Bits per sample of a photo that `decode` has decoded."""
     file = _library("this").open_heif(BytesIO(data), convert_hdr_to_8bit=False)
     return int(file[file.primary_index].info["bit_depth"])
 
 
 def _code_points(nclx: dict[str, Any] | None) -> tuple[int, int]:
-    """(primaries, transfer) of pi-heif's numbers."""
+    """(primaries, transfer) as numbers of ITU-T H.273; sRGB's where pi-heif gives none."""
     numbers = nclx or {}
     primaries = numbers.get("color_primaries", 1)
     return int(primaries), int(numbers.get("transfer_characteristics", 13))
 
 
 def _colours(nclx: dict[str, Any] | None) -> str:
-    """The name of colours that have to become sRGB; "" where they may stay."""
+    """The name of colours that must be converted to sRGB; "" for colours that may stay."""
     from makeup_video.kernels.colour import HDR_TRANSFERS, WIDE_PRIMARIES
 
     primaries, transfer = _code_points(nclx)
@@ -145,10 +146,10 @@ def _colours(nclx: dict[str, Any] | None) -> str:
 
 
 def to_srgb(pixels: np.ndarray, nclx: dict[str, Any] | None) -> np.ndarray:
-    """Convert wide-gamut and HDR colours to sRGB, highlights rolled off.
+    """Convert wide-gamut and HDR colours to sRGB; highlights of HDR are rolled off.
 
-    pixels: (H, W, 3 or 4) uint8 or uint16, encoded; alpha stays. nclx: pi-heif's numbers of ITU-T
-    H.273; None counts as sRGB. The very same array when it is sRGB already.
+    pixels: (H, W, 3 or 4) uint8 or uint16, encoded; alpha stays.  nclx: pi-heif's numbers of ITU-T
+    H.273; None counts as sRGB.  Returns the given array itself when its colours may stay.
     """
     if not _colours(nclx):
         return pixels

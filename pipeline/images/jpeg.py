@@ -1,7 +1,7 @@
-"""Encodes the planes of a frame as a JPEG in which a browser shows the painted colours.
+"""Encodes the planes of a frame as a JPEG whose colours a browser shows as they were painted.
 
 A JPEG file (JFIF) is full-range BT.601, which browsers take for sRGB. Planes of a camera's MJPEG
-are already coded so and go to the encoder unchanged.
+already have this coding and go to the encoder unchanged.
 """
 
 import cv2
@@ -11,14 +11,14 @@ from makeup_video.pipeline.images.hdr_preview import JFIF
 from makeup_video.pipeline.images.preview_planes import LIMIT_PX, Planes, preview_planes
 
 QUALITY = 85
-_KNOWN_CHROMA = {(1, 1), (2, 1), (2, 2), (1, 2), (4, 1)}  # the subsampling that JPEG has
+_KNOWN_CHROMA = {(1, 1), (2, 1), (2, 2), (1, 2), (4, 1)}  # subsampling that the encoder accepts
 
 
 class PreviewJpeg:
     """Encodes planes, as Frame.planes has them, to the bytes of a JPEG file.
 
-    The planes stay unchanged.
-    quality: libjpeg's, 1..100.  limit_px: a picture is halved until no side is longer.
+    The given planes stay unchanged.
+    quality: libjpeg's, 1..100.  limit_px: a picture is halved until no side exceeds this.
     """
 
     def __init__(self, quality: int = QUALITY, limit_px: int = LIMIT_PX) -> None:
@@ -27,7 +27,7 @@ class PreviewJpeg:
     def __call__(
         self, planes: Planes, chroma: tuple[int, int], bit_depth: int, tags: ColourTags
     ) -> bytes:
-        """chroma, bit_depth, tags: the frame's.
+        """Encode a frame's planes; chroma, bit_depth, tags: the frame's.
 
         Raises UsageError as `preview_planes` does.
         """

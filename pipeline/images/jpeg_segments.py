@@ -9,17 +9,17 @@ from makeup_video.pipeline.files.marks import JPEG_MARK
 
 COMMENT = 0xFE
 APP1, APP2, APP13 = 0xE1, 0xE2, 0xED
-# A marker, before which there may be more FF, as fill bytes; 00 and D0 to D7 stand within coded
-# pixels. Without a repetition Python looks for FF twenty times as fast.
+# A marker. More FF may stand before it as fill bytes; FF 00 and FF D0 to FF D7 belong to the coded
+# pixels. The pattern has no repetition: without one, Python finds FF twenty times as fast.
 _MARKER = re.compile(rb"\xff([^\x00\xd0-\xd7\xff])")
 _END = 0xD9
 _SCAN = 0xDA  # coded pixels follow
 _APPS = range(0xE0, 0xF0)
-_FRAMES = set(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}  # the markers with size and components
-_COMPONENTS_AT = 5  # in the content of such a segment
-MOST_BYTES = 65533  # of a segment's content
+_FRAMES = set(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}  # markers of the size and the components
+_COMPONENTS_AT = 5  # place of the number of components in the content of such a segment
+MOST_BYTES = 65533  # the longest content of a segment
 _PROFILE = b"ICC_PROFILE\0"
-_PROFILE_HEAD = len(_PROFILE) + 2  # its number, counted from 1, and how many there are
+_PROFILE_HEAD = len(_PROFILE) + 2  # then the segment's number from 1, and the count of segments
 _PROFILE_BYTES = MOST_BYTES - _PROFILE_HEAD
 _MOST_PARTS = 255
 # Adobe Photoshop File Formats Specification, "Image Resource Blocks"
@@ -30,9 +30,9 @@ Segment = tuple[int, bytes]  # marker and content
 
 
 def segments(data: bytes) -> Iterator[Segment]:
-    """Each segment of a file; the last one, `_END`, has what lies behind the picture.
+    """Yield each segment of a file; the content of the last, `_END`, is all behind the picture.
 
-    A file that is damaged or cut short has the segments before the damage.
+    A file that is damaged or cut short yields the segments before the damage.
     """
     at = len(JPEG_MARK)
     while found := _MARKER.search(data, at):
@@ -51,7 +51,7 @@ def segment(marker: int, content: bytes) -> bytes:
 
 
 def behind_picture(found: Iterable[Segment]) -> bytes:
-    """What lies behind the end of the picture: a gain map, other pictures, a movie."""
+    """The data behind the end of the picture: a gain map, other pictures, a movie."""
     return next((content for marker, content in found if marker == _END), b"")
 
 
@@ -63,20 +63,22 @@ def is_cmyk(found: Iterable[Segment]) -> bool:
 
 
 def icc_profile(data: bytes) -> bytes:
-    """The ICC profile, of all its segments; b"" where there is none."""
-    # the coded pixels, which take as long as all else, are not searched
+    """The ICC profile, joined from all its segments; b"" if there is none."""
+    # searching the coded pixels would take as long as all the rest
     heads = takewhile(lambda one: one[0] != _SCAN, segments(data))
     parts = [
         content[len(_PROFILE) :]
         for marker, content in heads
         if marker == APP2 and content.startswith(_PROFILE)
     ]
-    return b"".join(part[2:] for part in sorted(parts))  # a part begins with its number
+    return b"".join(part[2:] for part in sorted(parts))  # each part begins with its number
 
 
 def iptc_of(found: Iterable[Segment]) -> bytes:
-    """The IPTC data of a file, without the other data of Photoshop, such as a small picture of the
-    whole one; b"" where there is none."""
+    """The IPTC data of a file; b"" if there is none.
+
+    Photoshop's other data, such as a thumbnail of the picture, is left out.
+    """
     resources = b"".join(
         content[len(_PHOTOSHOP) :]
         for marker, content in found
@@ -85,7 +87,7 @@ def iptc_of(found: Iterable[Segment]) -> bytes:
     at = 0
     while at + 7 <= len(resources):  # some programs have marks of their own in place of _RESOURCE
         name, number = resources[at + 6], resources[at + 4 : at + 6]
-        at += 6 + name + 2 - name % 2  # the name has a byte of length, and fills whole pairs
+        at += 6 + name + 2 - name % 2  # the name, with its length byte, is padded to even length
         size = int.from_bytes(resources[at : at + 4], "big")
         data = resources[at + 4 : at + 4 + size]
         at += 4 + size + size % 2
@@ -95,16 +97,16 @@ def iptc_of(found: Iterable[Segment]) -> bytes:
 
 
 def iptc_segment(data: bytes) -> bytes:
-    """A segment with IPTC data; b"" where that is more than one segment holds."""
+    """A segment with IPTC data; b"" if the data does not fit into one segment."""
     head = _PHOTOSHOP + _RESOURCE + _IPTC + bytes(2) + struct.pack(">I", len(data))
     content = head + data + bytes(len(data) % 2)
     return segment(APP13, content) if len(content) <= MOST_BYTES else b""
 
 
 def with_icc_profile(data: bytes, profile: bytes) -> bytes:
-    """A JPEG file with a profile, behind all other data of applications.
+    """Insert a profile into a JPEG file, behind all other APP segments.
 
-    A profile of more than 255 segments is left out.
+    A profile that needs more than 255 segments is left out.
     """
     starts = range(0, len(profile), _PROFILE_BYTES)
     if len(starts) > _MOST_PARTS:

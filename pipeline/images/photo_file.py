@@ -1,7 +1,7 @@
 """Reads photo files as upright sRGB pixels.
 
-Pillow reads them: it knows ICC profiles, CMYK and AVIF, which OpenCV's reader does not. HEIC is
-decoded by pi-heif, as a format of Pillow.
+Pillow reads them, since it knows ICC profiles, CMYK and AVIF, which OpenCV's reader does not.
+pi-heif decodes HEIC as a format of Pillow.
 """
 
 import io
@@ -26,26 +26,26 @@ from makeup_video.pipeline.images.heif import HEAD_BYTES, is_heif, register_with
 from makeup_video.pipeline.images.picture_size import MOST_FILE_BYTES, MOST_PX, TIFF_MARKS
 from PIL import ExifTags, Image, ImageCms, UnidentifiedImageError, features
 
-logging.getLogger("PIL").addHandler(logging.NullHandler())  # else Python prints its errors
-# Pillow's modules for photos, one for each format: loading all of Pillow's takes longer, and some
-# of the others run programs (EPS) or open more files.
+# Without a handler Python would print the errors that Pillow logs.
+logging.getLogger("PIL").addHandler(logging.NullHandler())
+# Pillow's modules for photos, one for each format. Loading all of Pillow's modules takes longer,
+# and some of them run programs (EPS) or open more files.
 _PLUGINS = ("Jpeg", "Png", "WebP", "Avif", "Tiff", "Bmp", "Gif")
 _FORMATS = tuple(name.upper() for name in _PLUGINS)
 _KINDS = "JPEG, PNG, WebP, HEIC, AVIF, TIFF or BMP"
-# Photos with a longer side than this are averaged down: a face still has far more pixels than
-# needed.
+# Photos with a longer side than this are averaged down; a face then still has more than enough px.
 LARGE_PX = 4096
 _SEQUENCES = (b"hevc", b"hevx", b"msf1")
 _AVIF = (b"avif", b"avis")
-_BEGINNINGS = (JPEG_MARK + b"\xff", PNG_MARK, b"GIF8", b"BM")  # the last two: of GIF and BMP
-# Behind transparent pixels: the middle grey for which cameras expose, since whatever shows through
-# is not part of the photo and must not change its light.
+_BEGINNINGS = (JPEG_MARK + b"\xff", PNG_MARK, b"GIF8", b"BM")  # of JPEG, PNG, GIF and BMP
+# Transparent pixels are laid on this middle grey, for which cameras expose. What shows through is
+# not part of the photo and must not change its light.
 _BEHIND = (128, 128, 128)
-# A limit for progressive JPEGs, whose decoder goes over the whole picture in every pass: ordinary
-# ones have about ten passes, and a small file can have thousands.
+# A limit for progressive JPEGs, whose decoder goes over the whole picture in every pass. Ordinary
+# files have about ten passes, but even a small file can have thousands.
 _MOST_PASSES_PX = 20 * MOST_PX
 _GREY_MODES = ("1", "L", "LA", "La", "I", "F")  # and I;16, I;16B, ...
-# What Pillow's decoders raise for damaged files.
+# The errors that Pillow's decoders raise for damaged files.
 _DAMAGE = (
     OSError,
     SyntaxError,
@@ -58,14 +58,14 @@ _DAMAGE = (
     RuntimeError,  # AVIF's
     struct.error,
 )
-# The beginnings of videos. Bytes, unlike files, are never given to a video decoder to find out.
+# How videos begin, for photos that come as bytes: only files are tried with a video decoder.
 _MOVING = (b"\x1a\x45\xdf\xa3", b"FLV", b"\0\0\x01\xba", b"\0\0\x01\xb3")  # Matroska, FLV, MPEG
 
 
 class _Photo:
-    """An open photo file. It is opened once, since it may be removed or replaced while it is read.
+    """An open photo file, opened only once: it may be removed or replaced while it is read.
 
-    path: None for a photo in memory.  str() is its name in messages.
+    path: None for a photo in memory.  str() gives the photo's name for messages.
     """
 
     def __init__(self, data: IO[bytes], name: str, path: Path | None = None) -> None:
@@ -76,7 +76,7 @@ class _Photo:
         return self._name
 
     def begins(self, count: int = -1) -> bytes:
-        """The first `count` bytes, or all of them. The position in the file stays."""
+        """The first `count` bytes; -1: all bytes. The position in the file does not change."""
         position = self.data.tell()
         self.data.seek(0)
         head = self.data.read(count)
@@ -93,16 +93,16 @@ def read_photo(
 ) -> np.ndarray:
     """Read a photo as (H, W, 3) uint8, R'G'B' as sRGB encodes it, turned upright by its EXIF block.
 
-    photo: the path of a file, or the content of one as bytes; messages call the latter `name`.
+    photo: the path of a file, or the content of a file as bytes; messages call the bytes `name`.
     most_px: a photo with more pixels is refused.
     before_decoding: called once the header has passed all checks, before any pixel is decoded.
-    most_jpeg_px: the limit for JPEG, which needs less memory, since a large one is averaged while
-    it is decoded; None: `most_px`.
+    most_jpeg_px: the limit for JPEG; None: `most_px`. A large JPEG is averaged while it is decoded,
+    so it needs less memory.
 
     Colours are converted from the file's ICC profile; without one they count as sRGB. Transparent
     pixels are laid on middle grey. A photo with more than 4096 px on its longer side is averaged
-    down by a whole factor. Raises InputError when the file cannot be opened, PhotoError when no
-    colours can be read from it: another kind of file, moving, grey, damaged, too large. Raises
+    down by a whole factor. Raises InputError when the file cannot be opened. Raises PhotoError when
+    no colours can be read: another kind of file, several pictures, grey, damaged, too large. Raises
     InstallError for a HEIC photo without pi-heif.
     """
     file = _opened(photo, name)
@@ -113,7 +113,7 @@ def read_photo(
         formats = [register_with_pillow(file)]
     try:
         with file.data, warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # Pillow's: our one line says what is wrong
+            warnings.simplefilter("ignore")  # our error says in one line what is wrong
             with _damage_as_photo_error(file):
                 picture = Image.open(file.data, formats=formats)
             with picture:
@@ -146,7 +146,8 @@ def _opened(photo: str | os.PathLike[str] | bytes, name: str) -> _Photo:
 def _damage_as_photo_error(file: _Photo) -> Generator[None, None, None]:
     """Turn Pillow's errors into PhotoError.
 
-    Only for calls of Pillow that read the file: an error of ours must not be reported as damage.
+    Use this only around calls of Pillow that read the file: an error in our own code must not be
+    reported as a damaged photo.
     """
     try:
         yield
@@ -161,15 +162,15 @@ def _damage_as_photo_error(file: _Photo) -> Generator[None, None, None]:
 def _is_moving(picture: Image.Image) -> bool:
     """True for animations and for files of several pages.
 
-    The pages are not counted: a hostile file may have a million of them.
+    The pages are not counted, since a hostile file may have a million of them.
     """
-    # An MPO is a JPEG followed by more pictures (depth, the other eye); the first is the photo. A
-    # HEIF file names its main picture.
+    # An MPO is a JPEG with more pictures behind it (depth, the other eye); its first picture is the
+    # photo. A HEIF file names its main picture.
     return getattr(picture, "is_animated", False) and picture.format not in ("MPO", "HEIF")
 
 
 def _refuse(picture: Image.Image, moves: bool, file: _Photo, most_px: int) -> None:
-    """Raises PhotoError for everything that is known before any pixel is decoded."""
+    """Raise PhotoError for every fault that shows before any pixel is decoded."""
     if picture.width * picture.height > most_px:
         raise PhotoError(_too_large(file, f"{picture.width} x {picture.height} px, ", most_px))
     if moves:
@@ -183,12 +184,12 @@ def _refuse(picture: Image.Image, moves: bool, file: _Photo, most_px: int) -> No
 
 
 def _passes(file: _Photo) -> int:
-    """The number of passes of a progressive JPEG, including those of a thumbnail in it."""
+    """The number of passes of a progressive JPEG, including the passes of its thumbnail."""
     return file.begins().count(b"\xff\xda")
 
 
 def _shrink_while_decoding(picture: Image.Image) -> None:
-    """Let the decoder of JPEG average a large photo by 2, 4 or 8, as it takes less memory and time.
+    """Let the JPEG decoder average a large photo by 2, 4 or 8, which saves memory and time.
 
     Other decoders cannot do this.
     """
@@ -205,7 +206,7 @@ def _factor(picture: Image.Image) -> int:
 def _pixels(picture: Image.Image) -> np.ndarray:
     """The upright sRGB pixels of a loaded picture.
 
-    A PNG may have metadata behind its pixels, which is known only once it is loaded.
+    It must be loaded: the metadata of a PNG may stand behind its pixels.
     """
     orientation = _orientation(picture)
     profile, nclx = picture.info.get("icc_profile"), picture.info.get("nclx_profile")
@@ -220,7 +221,7 @@ def _pixels(picture: Image.Image) -> np.ndarray:
         ground = Image.new("RGBA", image.size, _BEHIND)
         image = Image.alpha_composite(ground, image)
     image = _in_srgb(image, profile)
-    if nclx and not profile:  # of a HEIF file
+    if nclx and not profile:  # only HEIF files have `nclx`
         image = Image.fromarray(to_srgb(np.asarray(image), nclx))
     if orientation.transposition:
         image = image.transpose(Image.Transpose[orientation.transposition])
@@ -238,8 +239,8 @@ def _orientation(picture: Image.Image) -> Orientation:
 def _in_srgb(image: Image.Image, profile: Any) -> Image.Image:
     """The picture in mode RGB, converted to sRGB.
 
-    A profile that is broken or for another kind of picture is ignored (in a TIFF it can be a
-    number). A profile named sRGB is used like any other, since some of that name are linear.
+    A profile that is broken or made for another kind of picture is ignored; in a TIFF it can even
+    be a number. A profile named sRGB is used like any other: some profiles of that name are linear.
     """
     if image.mode == "RGBA":
         image = image.convert("RGB")
@@ -286,7 +287,7 @@ def _unknown(file: _Photo) -> str:
     if not _is_video(file, head):
         return f"{file} is no photo that can be read: give a {_KINDS} file"
     problem = f"{file} is a video, and a photo is needed: "
-    if file.path is None:  # from a visitor of the page, who may have no command line
+    if file.path is None:  # a visitor of the page gave the photo, perhaps without a command line
         return f"{problem}pause the video, and give a screenshot"
     return (
         f"{problem}save one of its frames as a picture "

@@ -1,6 +1,6 @@
-"""Reads and writes picture files with their metadata: JPEG, PNG and WebP by OpenCV.
+"""Reads and writes picture files with their metadata: JPEG, PNG and WebP with OpenCV.
 
-HEIC is read by pi-heif, and never written.
+HEIC is read with pi-heif, and never written.
 """
 
 import os
@@ -27,20 +27,20 @@ WRITERS = {".jpg": "jpeg", ".jpeg": "jpeg", ".png": "png", ".webp": "webp"}
 # The kinds of metadata, as messages name them.
 EXIF, XMP, ICC_PROFILE = "EXIF", "XMP", "ICC profile"
 Metadata = dict[str, bytes]  # by kind
-# APP1 segments of a JPEG begin with what they hold (XMP specification part 3, section 1.1.3)
+# This begins an APP1 segment of a JPEG that holds XMP (XMP specification part 3, section 1.1.3).
 _XMP_IN_JPEG = b"http://ns.adobe.com/xap/1.0/\0"
-# sizes of the second header of a BMP, by its versions
+# the sizes that the second header of a BMP has in its versions
 _BMP_HEADERS = [size.to_bytes(4, "little") for size in (12, 40, 52, 56, 64, 108, 124)]
-_ANIMATION = 2  # of the flags in WebP's VP8X
+_ANIMATION = 2  # the animation flag in WebP's VP8X chunk
 _NO_MEMORY = -4  # cv2.Error.StsNoMem
 
 
 def is_picture(path: Path) -> bool:
-    """True when the file begins as a still JPEG, PNG, WebP or HEIC.
+    """True when the file begins like a still JPEG, PNG, WebP or HEIC.
 
-    Motion JPEG without a container begins as a JPEG, too, and is known by its extension. Raises
+    Motion JPEG without a container begins like a JPEG, too; its extension tells it apart. Raises
     DecodeError for an animated WebP, which neither OpenCV nor FFmpeg reads as a whole, and for
-    stills of other kinds, InputError when the file is gone.
+    other kinds of stills. Raises InputError when the file cannot be read.
     """
     try:
         with path.open("rb") as file:
@@ -64,7 +64,7 @@ def is_picture(path: Path) -> bool:
 
 
 def _other_still(head: bytes) -> str | None:
-    """The kind of a still picture that is not painted, in words; a GIF counts as a video."""
+    """In words, a kind of still picture that we do not paint; a GIF counts as a video."""
     if head[:4] in TIFF_MARKS:
         return "a TIFF"
     if head[:2] == b"BM" and head[14:18] in _BMP_HEADERS:
@@ -73,22 +73,25 @@ def _other_still(head: bytes) -> str | None:
 
 
 def _is_animated_png(file: IO[bytes]) -> bool:
-    """True for a PNG with the mark of an animation, which is read as a video.
+    """True for an animated PNG, which is read as a video.
 
-    The mark stands before the pixels, behind profiles and EXIF of any length.
+    The chunk that marks an animation stands before the pixels, but profiles and EXIF of any length
+    may stand before the chunk.
     """
     file.seek(len(PNG_MARK))
     while len(head := file.read(8)) == 8 and head[4:] != b"IDAT":
         if head[4:] == b"acTL":
             return True
-        file.seek(int.from_bytes(head[:4], "big") + 4, os.SEEK_CUR)  # its data and its checksum
+        # skip the chunk's data and checksum
+        file.seek(int.from_bytes(head[:4], "big") + 4, os.SEEK_CUR)
     return False
 
 
 def read_bytes(path: Path, *, is_own: bool = False) -> bytes:
-    """Read the file of a picture, unless it has too many pixels. Raises InputError, DecodeError.
+    """Read the file of a picture. Raises InputError, or DecodeError for too many pixels.
 
-    is_own: we wrote the file, and one with before and after may have twice as many pixels.
+    is_own: we wrote the file, so its size is not checked. A picture of before and after may have
+    twice as many pixels.
     """
     try:
         data = read_ordinary(path, MOST_FILE_BYTES)
@@ -102,13 +105,14 @@ def read_bytes(path: Path, *, is_own: bool = False) -> bytes:
 def decode_picture(data: bytes, path: Path) -> tuple[np.ndarray, Metadata]:
     """Decode a picture's file to (stored pixels, metadata); path: for messages. Raises DecodeError.
 
-    The pixels are (H, W, 1, 3 or 4) uint8 or uint16, encoded, in BGR(A) order, not turned.
+    The pixels are (H, W, 1, 3 or 4) uint8 or uint16, encoded, in BGR(A) order. They are not turned
+    by EXIF, but HEIC comes upright.
     """
     import cv2
 
     if is_heif(data):
         return _decode_heif(data, path)
-    # our one line says what is wrong: OpenCV must not print its own warnings
+    # our error says in one line what is wrong, so OpenCV must not print its warnings
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     try:
         pixels, kinds, blobs = cv2.imdecodeWithMetadata(
@@ -126,10 +130,10 @@ def decode_picture(data: bytes, path: Path) -> tuple[np.ndarray, Metadata]:
     metadata = {
         names[kind]: np.asarray(blob).tobytes()
         for kind, blob in zip(kinds, blobs, strict=True)
-        if kind in names  # a PNG's code of its colours is not: see file_tags
+        if kind in names  # file_tags.py copies a PNG's code of its colours (cICP)
     }
     if data.startswith(JPEG_MARK):
-        # OpenCV takes every APP2 segment for a part of the profile, also those of gain maps
+        # OpenCV takes every APP2 segment for a part of the profile, even those of gain maps
         metadata.pop(ICC_PROFILE, None)
         if profile := icc_profile(data):
             metadata[ICC_PROFILE] = profile
@@ -141,7 +145,7 @@ def decode_picture(data: bytes, path: Path) -> tuple[np.ndarray, Metadata]:
 
 
 def _opencv_kinds() -> dict[str, int]:
-    """OpenCV's numbers of the kinds of metadata."""
+    """OpenCV's number for each kind of metadata."""
     import cv2
 
     return {
@@ -180,7 +184,7 @@ def encode_picture(path: Path, pixels: np.ndarray, metadata: Metadata) -> bytes:
     suffix = path.suffix.lower()
     options = {
         ".png": [],
-        # with the colours of pixels that are transparent
+        # the second option keeps the colours of transparent pixels
         ".webp": [cv2.IMWRITE_WEBP_LOSSLESS_MODE, cv2.IMWRITE_WEBP_LOSSLESS_PRESERVE_COLOR],
     }.get(
         suffix,
@@ -204,15 +208,15 @@ def encode_picture(path: Path, pixels: np.ndarray, metadata: Metadata) -> bytes:
 
 
 def is_exif_too_long(suffix: str, exif: bytes) -> bool:
-    """Whether files of that kind cannot hold an EXIF block: they get its orientation alone."""
-    # OpenCV writes the mark
+    """True when a file of this kind cannot hold the EXIF block, and gets only its orientation."""
+    # OpenCV writes EXIF_MARK before the block
     return WRITERS[suffix.lower()] == "jpeg" and len(EXIF_MARK) + len(exif) > MOST_BYTES
 
 
 def _encode(
     suffix: str, pixels: np.ndarray, metadata: Metadata, options: list[int]
 ) -> bytes | None:
-    """None when OpenCV refuses."""
+    """Encode with OpenCV; None when OpenCV refuses."""
     import cv2
 
     blobs, profile = dict(metadata), b""
@@ -221,8 +225,9 @@ def _encode(
         profile = blobs.pop(ICC_PROFILE, b"")
         if XMP in blobs:
             blobs[XMP] = _XMP_IN_JPEG + blobs[XMP]
-        # OpenCV refuses the whole picture because of a block that is too long for a segment
-        if EXIF in blobs and is_exif_too_long(suffix, blobs[EXIF]):  # else it lies on its side
+        # OpenCV refuses the whole picture because of a block that is too long for a segment. The
+        # orientation must stay, or else the picture would lie on its side.
+        if EXIF in blobs and is_exif_too_long(suffix, blobs[EXIF]):
             blobs[EXIF] = orientation_alone(blobs[EXIF])
         blobs = {kind: blob for kind, blob in blobs.items() if len(blob) <= MOST_BYTES}
     numbers = _opencv_kinds()

@@ -1,4 +1,4 @@
-"""Checks the size of a picture by its header, before anything is decoded."""
+"""Checks the size that a picture's header declares, before anything is decoded."""
 
 import io
 from pathlib import Path
@@ -9,15 +9,15 @@ from makeup_video.pipeline.images.heif import DamagedHeifError, is_heif, size_wh
 
 # The largest phone camera in wide use has 108 Mpx.
 MOST_PX = 120_000_000
-MOST_FILE_BYTES = 1_000_000_000  # the largest file of a picture has no more, even uncompressed
-TIFF_MARKS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")  # with which a TIFF begins
+MOST_FILE_BYTES = 1_000_000_000  # even the largest uncompressed picture has a smaller file
+TIFF_MARKS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")  # a TIFF begins with one of these
 _LONGEST_PX = 1_000_000  # libpng's limit for a row or a column
 
 
 def check_size(data: bytes, path: Path) -> None:
-    """Raises DecodeError when a JPEG, PNG, WebP or HEIC declares more pixels than can be painted.
+    """Raise DecodeError when a JPEG, PNG, WebP or HEIC declares more pixels than we can paint.
 
-    A damaged header passes: the decoder reports what is wrong with it.
+    A damaged header passes, since the decoder will report the damage.
     """
     size = _size_wh(data, path)
     if size is not None and max(size) > _LONGEST_PX:
@@ -27,7 +27,7 @@ def check_size(data: bytes, path: Path) -> None:
 
 
 def _size_wh(data: bytes, path: Path) -> tuple[int, int] | None:
-    """(width, height) in the header; None when it is damaged."""
+    """(width, height) in the header; None when the header is damaged."""
     if data.startswith(b"RIFF"):
         return _webp_size_wh(data)
     if is_heif(data):
@@ -38,17 +38,20 @@ def _size_wh(data: bytes, path: Path) -> tuple[int, int] | None:
     from PIL.JpegImagePlugin import JpegImageFile
     from PIL.PngImagePlugin import PngImageFile
 
-    # Image.open raises for the largest pictures before their size can be read
+    # the plugins, since Image.open raises for the largest pictures before we can read their size
     kind = PngImageFile if data.startswith(PNG_MARK) else JpegImageFile
     try:
         with kind(io.BytesIO(data)) as picture:
             return picture.size
-    except Exception:  # noqa: BLE001  # whatever stops Pillow, the decoder will report
+    except Exception:  # noqa: BLE001  # the decoder will report whatever stops Pillow here
         return None
 
 
 def _webp_size_wh(data: bytes) -> tuple[int, int] | None:
-    """By RFC 9649, sections 2.5 to 2.7: Pillow would allocate memory for the pixels first."""
+    """(width, height) by RFC 9649, sections 2.5 to 2.7.
+
+    Pillow would first allocate memory for the pixels.
+    """
     kind, small = data[12:16], 0x3FFF
     if len(data) < 30:
         return None

@@ -1,6 +1,6 @@
 """Converts the planes of a frame for a browser: 8 bits, no larger than a page, as sRGB.
 
-Each plane is converted at its own size, in Y'CbCr: the frame never becomes RGB.
+Each plane is converted at its own size, in Y'CbCr, so the frame never becomes RGB.
 """
 
 from functools import lru_cache
@@ -13,12 +13,12 @@ from makeup_video.pipeline.frames.colour_tags import ColourTags, resolve
 from makeup_video.pipeline.frames.sampling import halved
 from makeup_video.pipeline.images.hdr_preview import JFIF, standard
 
-# Pictures with longer sides are halved: no page is wider, and at full size 2160p takes three times
+# Pictures with a longer side are halved. No page is wider, and 2160p at full size takes three times
 # as long.
 LIMIT_PX = 2560
-# Limited-range BT.709 in sRGB's curve: decoders that ignore a stream's tags assume it.
+# Limited-range BT.709 with sRGB's curve: decoders that ignore a stream's tags assume BT.709.
 VIDEO = Coding(1, False)
-_FINE = 2  # what chroma adds to luma is stored in halves of a code; it never reaches 64 codes
+_FINE = 2  # what chroma adds to luma is stored in halves of a code; it stays below 64 codes
 Planes = tuple[np.ndarray, ...] | list[np.ndarray]
 
 
@@ -30,18 +30,18 @@ def preview_planes(
     to: Coding,
     limit_px: int = LIMIT_PX,
 ) -> list[np.ndarray]:
-    """Convert planes, as Frame.planes has them, to those of another coding, in 8 bits.
+    """Convert planes, as in Frame.planes, to another coding in 8 bits.
 
     chroma, bit_depth, tags: the frame's.  to: JFIF or VIDEO.
     limit_px: the picture is halved until no side is longer.
-    Returns luma, (H, W) uint8, Cb and Cr in the subsampling that they have; luma alone for a grey
-    frame. Planes that need no change are the given ones.
+    Returns luma, (H, W) uint8, and Cb and Cr in the frame's subsampling; luma alone for a grey
+    frame. Planes that need no change are returned as they were given.
     Raises UsageError for codes that are no linear mix of R'G'B', as `colour_tags.resolve` does.
     """
     height, width = planes[0].shape
     coding = resolve(tags, width, height, bit_depth)
     luma, *rest = _smaller(planes[:3], chroma, limit_px)
-    if rest and rest[0].ndim == 3:  # NV12 keeps both in one
+    if rest and rest[0].ndim == 3:  # NV12 keeps Cb and Cr in one plane
         rest = list(cv2.split(rest[0]))
     if coding.transfer != SRGB:
         luma, *rest = standard(luma, rest, coding)
@@ -66,10 +66,11 @@ def _smaller(planes: Planes, chroma: tuple[int, int], limit_px: int) -> list[np.
 
 
 class _Mix(NamedTuple):
-    """How a frame's codes become those of another coding: factors, and then a constant to add.
+    """How a frame's codes become codes of another coding: factors, then a constant to add.
 
-    luma: (of luma, constant).  lift: what chroma adds to luma, in units of 1 / _FINE code, 128 for
-    nothing.  lift, blue, red: (of Cb, of Cr, constant).
+    luma: (factor of luma, constant).
+    lift, blue, red: (factor of Cb, factor of Cr, constant) of what chroma adds to luma, of the new
+    Cb, and of the new Cr. The lift is in units of 1 / _FINE code, and 128 stands for 0.
     """
 
     luma: tuple[float, float]
@@ -100,7 +101,7 @@ def _mix(coding: Coding, to: Coding) -> _Mix | None:
 def _mixed(
     luma: np.ndarray, chroma: list[np.ndarray], coding: Coding, to: Coding
 ) -> list[np.ndarray]:
-    """Planes of 8 bits in another coding; the given ones when they have it already."""
+    """8-bit planes in another coding; the given planes when they already have that coding."""
     mix = _mix(coding, to)
     if mix is None:
         return [luma, *chroma]
@@ -111,7 +112,7 @@ def _mixed(
     if not any(mix.lift[:2]):
         bright = _sum(luma, scale, luma, 0, added)
     else:
-        # viewers scale chroma up linearly, so this does, too
+        # linear interpolation, as viewers use to enlarge chroma
         lift = cv2.resize(_plane_sum(cb, cr, mix.lift), luma.shape[::-1])
         bright = _sum(luma, scale, lift, 1 / _FINE, added - 128 / _FINE)
     return [bright, _plane_sum(cb, cr, mix.blue), _plane_sum(cb, cr, mix.red)]
@@ -122,7 +123,7 @@ def _plane_sum(cb: np.ndarray, cr: np.ndarray, mix: tuple[float, float, float]) 
 
 
 def _sum(a: np.ndarray, of_a: float, b: np.ndarray, of_b: float, added: float) -> np.ndarray:
-    """The weighted sum, rounded and clipped to 8 bits.
+    """The weighted sum of two planes, rounded and clipped to 8 bits.
 
     OpenCV has nothing quicker, even for a single plane.
     """

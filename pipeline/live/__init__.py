@@ -1,1 +1,1 @@
-"""One run on a camera."""
+"""A live run: frames of a camera are painted as they come and handed to sinks."""

@@ -1,11 +1,11 @@
 """Chooses how much a slow machine leaves out of every live frame, without a clock of its own.
 
-A second of frames is *slow* when more than a tenth of its frames took over three quarters of the
-time between two frames of the camera, or had others dropped beside them. Three slow seconds in a
-row lower the quality by one level, so that a single hiccup costs nothing. A second is *easy* when
-at least nineteen of twenty frames took less than two fifths of that time and none was dropped. Five
-easy seconds in a row raise the quality by one level. Where the machine was slow again within twenty
-seconds, the next attempt needs twice as many.
+A second is *slow* when more than a tenth of its frames took over three quarters of the time between
+two frames of the camera, or had frames dropped before them. Three slow seconds in a row lower the
+quality by one level, so that a single hiccup costs nothing. A second is *easy* when at least
+nineteen of twenty frames took at most two fifths of that time and none was dropped. Five easy
+seconds in a row raise the quality by one level. If the machine is slow again within twenty seconds
+of that, the next attempt needs twice as many easy seconds.
 """
 
 from makeup_video.pipeline.engine.quality import QualityLevel
@@ -16,23 +16,25 @@ NOTICES = {
     QualityLevel.SIMPLER_TRACKING: "slow machine: following faces more simply",
     QualityLevel.LESS_DETAIL: "slow machine: painting large faces with less detail",
 }
-LOWEST = max(QualityLevel)  # the level that leaves out most
+LOWEST = max(QualityLevel)  # the lowest quality, at the level that leaves out most
 TOO_SLOW = (
     "this machine is too slow for this camera, so frames are dropped: choose a smaller picture, or "
     "close other programs"
 )
-# Of the time between two frames: capture and the pictures' encoders need the rest of both cores.
+# A frame is late above this share of the time between two frames: capture and the pictures'
+# encoders need the rest of both cores.
 LATE_SHARE = 0.75
-# Of the same time. Well below LATE_SHARE: raising the quality costs at most about as much again.
+# A frame is easy up to this share of the same time. It is well below LATE_SHARE, since raising the
+# quality at most about doubles the work.
 EASY_SHARE = 0.4
-LATE_FRAMES, UNEASY_FRAMES = 0.1, 0.05  # a larger share makes a second slow, or not easy
+LATE_FRAMES, UNEASY_FRAMES = 0.1, 0.05  # a larger share of such frames: slow, or not easy
 SLOW_SECONDS = 3
 EASY_SECONDS, MOST_EASY_SECONDS = 5, 320
 PROBATION_SECONDS = 20  # slow again within this time: the quality was raised too early
 
 
 class Budget:
-    """Measures every frame; `level` holds from the next frame on."""
+    """Counts every frame's work; `level` is the quality level for the next frame."""
 
     def __init__(self) -> None:
         self.level = QualityLevel.FULL
@@ -40,7 +42,7 @@ class Budget:
         self._slow = self._easy = self._fair = 0  # seconds in a row; fair: not slow
         self._seconds_at_level = 0
         self._is_retry = self._is_too_slow = False
-        # By level: how many easy seconds raise the quality to it.
+        # For each level: how many easy seconds in a row raise the quality to this level.
         self._wanted = [EASY_SECONDS] * LOWEST
 
     def __call__(
@@ -48,11 +50,11 @@ class Budget:
     ) -> QualityLevel:
         """Count a frame and return the level for the next one.
 
-        work_seconds: of all stages.
-        interval_seconds: from the arrival of the last painted frame to that of this one.
-        dropped: number of frames that the camera gave in between and that were dropped.
+        work_seconds: time that all stages took.
+        interval_seconds: from the arrival of the last painted frame to the arrival of this one.
+        dropped: number of frames that arrived in between and were dropped.
         """
-        dropped = max(0, dropped)  # of two cameras, while one takes the other's place
+        dropped = max(0, dropped)  # the counts may belong to two cameras during an exchange
         if interval_seconds <= 0 or interval_seconds / (1 + dropped) > 1:
             return self.level  # the clock was set, or the camera was away
         self._seconds += interval_seconds
@@ -64,16 +66,17 @@ class Budget:
 
     @property
     def notice(self) -> str:
-        """One line for the user about what is left out; empty at full quality."""
+        """One line for the user on what is left out, or on dropped frames; "" at full quality."""
         return TOO_SLOW if self._is_too_slow else NOTICES[self.level]
 
     def _begin_second(self) -> None:
         self._seconds = 0.0
-        self._frames: list[tuple[float, int]] = []  # seconds of work, frames dropped before it
+        # of each frame: seconds of work, and how many frames were dropped before it
+        self._frames: list[tuple[float, int]] = []
 
     def _end_second(self) -> None:
         count, dropped = len(self._frames), sum(dropped for _, dropped in self._frames)
-        # over the whole second: a driver may deliver two frames at once
+        # the mean over the second, since a driver may deliver two frames at once
         camera_seconds = self._seconds / (count + dropped)
         late = sum(lost > 0 or work > LATE_SHARE * camera_seconds for work, lost in self._frames)
         uneasy = sum(work > EASY_SHARE * camera_seconds for work, _ in self._frames)

@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 from makeup_video.pipeline.frames.frame import Frame
 
-# A live frame's pts is its arrival in these ticks of time.monotonic(), so any stage can compute the
-# delay of a picture, and a recording runs by the wall clock.
+# A live frame's pts is its time of arrival by time.monotonic() in these ticks. So any stage can
+# compute the delay of a picture, and a recording lasts as long as the run.
 LIVE_TIME_BASE = Fraction(1, 1_000_000)
 
 
@@ -17,7 +17,7 @@ LIVE_TIME_BASE = Fraction(1, 1_000_000)
 class LivePicture:
     """A painted frame on its way to the sinks, which share its memory and must not change it.
 
-    before: the frame's planes as the camera delivered them; None unless a viewer compares.
+    before: the frame's planes as the camera delivered them; None unless a viewer compares both.
     """
 
     frame: Frame
@@ -25,7 +25,7 @@ class LivePicture:
 
 
 class LiveSource(Protocol):
-    """Where the frames of a live run come from, with square pixels: see sources/camera.py."""
+    """Where the frames of a live run come from; see sources/camera.py. Their pixels are square."""
 
     @property
     def notice(self) -> str:
@@ -42,14 +42,14 @@ class LiveSource(Protocol):
         ...
 
     def close(self) -> None:
-        """End `frames`, even while it waits. From any thread; may be called again."""
+        """End `frames`, even while it waits. May be called from any thread, and repeatedly."""
         ...
 
 
 class LiveSink(Protocol):
     """Takes the pictures of a live run, on a thread of its own.
 
-    name: what messages and figures call the sink.  kind: "recording", "stream", "camera" or
+    name: the sink's name in messages and figures.  kind: "recording", "stream", "camera" or
     "preview".
     waiting: how many pictures may wait for the sink; when more come, the oldest is dropped.
     """
@@ -65,12 +65,12 @@ class LiveSink(Protocol):
 
     @property
     def seconds(self) -> float:
-        """How long the recording is, or the connection holds; 0 for what has no length."""
+        """Length of the recording, or age of the connection; 0 for sinks that have neither."""
         ...
 
     @property
     def state(self) -> str:
-        """What the last line adds to the number of pictures, such as ", 12.0 s"; or ""."""
+        """What the run's last line adds after the number of pictures, such as ", 12.0 s", or ""."""
         ...
 
     @property

@@ -1,6 +1,6 @@
-"""Encodes the planes of frames as H.264 for the page of a browser on another machine.
+"""Encodes the planes of frames as H.264 for the page in a browser on another machine.
 
-Browsers decode it by WebCodecs.
+The browser decodes the stream with WebCodecs.
 """
 
 from fractions import Fraction
@@ -17,11 +17,11 @@ from makeup_video.pipeline.images.preview_planes import LIMIT_PX, VIDEO, Planes,
 from makeup_video.pipeline.media.codecs import PLAYS_EVERYWHERE
 
 _ENCODER = PLAYS_EVERYWHERE.encoder
-_LIMITED = 1  # the range, ITU-T H.273 by FFmpeg's number
+_LIMITED = 1  # limited range, as FFmpeg numbers it
 _NEUTRAL = 128  # Cb and Cr of grey
 # ultrafast: superfast takes twice the CPU time for a tenth less data. Chroma is quantised more
-# finely than x264 would, so that it is as close as that of our JPEGs: the page exists to show the
-# colour of lips. Key frames come only when they are asked for.
+# finely than x264 does by default, to be as exact as in our JPEGs: the page exists to show the
+# colour of lips. Key frames come only on request.
 _OPTIONS = {
     "preset": "ultrafast",
     "tune": "zerolatency",
@@ -33,10 +33,10 @@ _RATE = 30  # frames per second, for rate control alone
 
 
 class PreviewVideo:
-    """Encodes planes, as Frame.planes has them, to one packet for each picture.
+    """Encodes planes, as in Frame.planes, to one packet for each picture.
 
     A packet is in the byte stream format of H.264 (Annex B), and each key frame carries the
-    headers. The first picture is a key frame, and so is one of another size than the last.
+    headers. The first picture is a key frame, as is every picture whose size differs from the last.
     limit_px: a picture is halved until no side is longer.
     """
 
@@ -61,9 +61,9 @@ class PreviewVideo:
     ) -> tuple[bytes, bool]:
         """Encode a picture. Returns the packet, and whether it is a key frame.
 
-        chroma, bit_depth, tags: the frame's.  key: make it a key frame.
-        Sides of an odd length lose a row or a column. Raises EncodeError, and UsageError as
-        `preview_planes` does.
+        chroma, bit_depth, tags: the frame's.  key: make the picture a key frame.
+        A picture with a side of odd length loses a row or a column. Raises EncodeError, and
+        UsageError as `preview_planes` does.
         """
         luma, *rest = preview_planes(planes, chroma, bit_depth, tags, VIDEO, self._limit_px)
         height, width = (max(2, side // 2 * 2) for side in luma.shape)
@@ -85,7 +85,7 @@ class PreviewVideo:
         context: Any = av.CodecContext.create(_ENCODER, "w")
         context.width, context.height, context.pix_fmt = width, height, "yuv420p"
         context.time_base, context.framerate = Fraction(1, _RATE), Fraction(_RATE)
-        context.thread_count = 1  # slices would cost data, and live runs use the other cores
+        context.thread_count = 1  # slices would add data, and the live run uses the other cores
         context.colorspace, context.color_range = VIDEO.matrix, _LIMITED
         context.color_trc, context.color_primaries = VIDEO.transfer, VIDEO.primaries
         context.options = _OPTIONS
@@ -106,7 +106,7 @@ class PreviewVideo:
 
 
 def _half(plane: np.ndarray, chroma: tuple[int, int], shape: tuple[int, ...]) -> np.ndarray:
-    """A chroma plane at half the size of luma: (H, W) uint8 of that shape."""
+    """A chroma plane at half the size of luma: uint8 of the given shape, (H, W)."""
     if chroma != (2, 2):
         return np.asarray(cv2.resize(plane, shape[::-1], interpolation=cv2.INTER_AREA))
     return plane[: shape[0], : shape[1]]

@@ -24,9 +24,10 @@ from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.smoothing.realtime import SmoothLive
 
-_FIGURES_SECONDS = 2.0  # the figures cover the last seconds
-_REPEAT_SECONDS = 60.0  # before the same line is logged again
-# a frame, and monotonic seconds: its work began, faces, smooth, scene and composite ended
+_FIGURES_SECONDS = 2.0  # fps and latency are measured over this time
+_REPEAT_SECONDS = 60.0  # the same line is logged again only after this time
+# Called with a frame and five times in monotonic seconds: when its work began, and when the stages
+# faces, smooth, scene and composite ended.
 ObserveFrame = Callable[[Frame, tuple[float, float, float, float, float]], None]
 _ALL_IS_WELL = "fast enough again: nothing is left out"
 
@@ -35,8 +36,8 @@ _ALL_IS_WELL = "fast enough again: nothing is left out"
 class SinkFigures:
     """How a sink of a live run is doing, counted since the run began.
 
-    kind, seconds, state: as in LiveSink.  pictures: written, sent or shown.  is_over: the sink has
-    ended.
+    kind, seconds, state: as in LiveSink.  pictures: how many were written, sent or shown.
+    is_over: the sink has ended.
     """
 
     name: str
@@ -52,12 +53,12 @@ class SinkFigures:
 class LiveFigures:
     """How a live run is doing.
 
-    fps: pictures painted per second, over the last seconds.
-    latency_ms: median of the time from a frame's arrival until it is painted, over the last
-    seconds; None before the first picture.
-    pictures: painted since the run began.
-    dropped: frames since the run began that arrived while another one waited, or that the source
-    dropped.
+    fps: pictures painted per second, over the last two seconds.
+    latency_ms: median time from a frame's arrival until it is painted, over the last two seconds;
+    None when no picture was painted in that time.
+    pictures: number of pictures painted since the run began.
+    dropped: number of frames, since the run began, that the source dropped or that gave way to a
+    newer one while they waited.
     level, level_notice: what a slow machine leaves out, as a QualityLevel and in words.
     notice: what is wrong with the source or a sink, "" when all is well.
     """
@@ -76,10 +77,10 @@ class LiveRun:
     """Paints what a camera sees, as it comes.
 
     faces, device: as in Settings.
-    log: called with a line of text for each event on the way.
+    log: called with a line of text for each event during the run.
     compare: keep the camera's planes in each picture; any thread may set this attribute.
-    observe: called for each frame with the times at which its stages ended.
-    Raises as open_device does.
+    observe: called for each frame, with the times at which its work began and its stages ended.
+    Raises the errors of open_device.
     """
 
     def __init__(
@@ -98,7 +99,8 @@ class LiveRun:
         self._camera = camera
         self._find = FindFaces()
         self._smooth = SmoothLive()
-        self._scene = BuildScene(device, exclusive=True)  # pages read photos meanwhile
+        # exclusive, since the page may read photos at the same time
+        self._scene = BuildScene(device, exclusive=True)
         self._composite = Composite(look, device, faces)
         self._runner = LiveRunner(
             camera, self._paint, sinks, log, partial(warm_up, self._scene, self._composite)
@@ -106,9 +108,10 @@ class LiveRun:
         self._budget = Budget()
         self._log = log
         self._logged: dict[str, float] = {}  # notices of the budget, and when they were logged
-        self._last: deque[tuple[float, float]] = deque()  # time of painting, seconds of delay
+        # of the last pictures: when each was painted, and its delay in seconds
+        self._last: deque[tuple[float, float]] = deque()
         self._pictures = 0
-        self._before = math.nan, 0  # arrival of the last frame, frames dropped by then
+        self._before = math.nan, 0  # arrival of the last frame, and frames dropped until then
 
     @property
     def look(self) -> Look:
@@ -116,7 +119,7 @@ class LiveRun:
 
     @property
     def painted_frames(self) -> int:
-        """Frames that were painted on so far."""
+        """Number of frames so far on which makeup was painted."""
         return self._composite.painted_frames
 
     def set_look(self, look: Look) -> None:
@@ -124,22 +127,25 @@ class LiveRun:
         self._composite.set_look(look)
 
     def add_sink(self, sink: LiveSink) -> None:
-        """Give a further sink the pictures from now on. From any thread.
+        """Hand the pictures to a further sink from now on. May be called from any thread.
 
         Raises UsageError when the run has not begun, or is over.
         """
         self._runner.add(sink)
 
     def end_sink(self, sink: LiveSink) -> None:
-        """Let a sink finish with the pictures that it has; the run goes on. From any thread."""
+        """Let a sink finish the pictures that wait for it; the run goes on. From any thread."""
         self._runner.end(sink)
 
     def run(self, on_tick: Callable[[], None] | None = None) -> None:
-        """Block until the camera ends or the run is stopped; raises as LiveRunner.run does."""
+        """Block until the camera ends or the run is stopped. Raises the errors of LiveRunner.run.
+
+        on_tick: called about twice a second meanwhile.
+        """
         try:
             with one_opencv_thread(), _old_objects_left_alone():
                 self._runner.run(on_tick)
-        except KeyboardInterrupt:  # before the runner handled it: finish the sinks
+        except KeyboardInterrupt:  # it came before the runner could handle it: finish the sinks
             self._runner.stop()
             self._runner.run()
 
@@ -149,7 +155,7 @@ class LiveRun:
 
     @property
     def failures(self) -> list[MakeupVideoError]:
-        """The errors of the sinks that gave up before the end, or never worked."""
+        """The errors of the sinks that gave up before the end of the run, or never worked."""
         return [outlet.error for outlet in self._runner.outlets if outlet.error is not None]
 
     def figures(self) -> LiveFigures:
@@ -174,7 +180,7 @@ class LiveRun:
         return self._runner.inbox.dropped + self._camera.dropped
 
     def _notice(self) -> str:
-        """What is wrong now with the camera or a sink."""
+        """What is wrong now with the camera or a sink; "" when all is well."""
         outlets = self._runner.outlets
         sinks = [outlet.sink.notice for outlet in outlets]
         ended = [f"{o.sink.name}: {o.error}" for o in outlets if o.error is not None]
@@ -198,7 +204,7 @@ class LiveRun:
         return LivePicture(painted, before)
 
     def _choose_level(self, work_seconds: float, arrived_seconds: float) -> None:
-        """Leave out more or less from the next frame on."""
+        """Choose what the next frame leaves out, and log a change."""
         before_seconds, before_dropped = self._before
         dropped = self._dropped
         self._before = arrived_seconds, dropped
@@ -214,7 +220,7 @@ class LiveRun:
     def _log_rarely(self, line: str, seconds: float) -> None:
         """Log a line unless it was logged a short time ago.
 
-        The level may change often on a machine with other work; the page always shows it.
+        On a machine with other work the level may change often. The page always shows the level.
         """
         if seconds - self._logged.get(line, -math.inf) >= _REPEAT_SECONDS:
             self._logged[line] = seconds
@@ -246,9 +252,9 @@ def _copies(frame: Frame) -> tuple[np.ndarray, ...]:
 
 @contextmanager
 def _old_objects_left_alone() -> Generator[None, None, None]:
-    """Keep the garbage collector from visiting objects that exist by now.
+    """Keep the garbage collector from visiting the objects that exist now.
 
-    Each visit would take 10 to 20 ms in the middle of a frame.
+    Each collection would take 10 to 20 ms in the middle of a frame.
     """
     gc.collect()
     gc.freeze()

@@ -1,6 +1,6 @@
 """The threads of a live run: one for the camera, one for the work, one for each sink.
 
-No thread waits for another: between two threads a full channel drops its oldest picture.
+A sender never waits for the next thread: a full channel between two threads drops its oldest item.
 """
 
 import threading
@@ -15,10 +15,12 @@ from makeup_video.pipeline.errors import MakeupVideoError, StoppedError, UsageEr
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.live.interfaces import LivePicture, LiveSink, LiveSource
 
-# A stream whose receiver is gone must not delay the end; a recording is complete long before this.
+# A stream whose receiver is gone must not delay the end of the run; a recording is complete long
+# before this.
 _FINISH_SECONDS = 10.0
-# The camera's thread may hang in a device that is gone. But it also loads nets and compiles
-# kernels, which crash when the process ends meanwhile.
+# How long the end waits for the camera's thread. The thread may hang in a device that is gone, so
+# the wait has a limit. But the thread also loads nets and compiles kernels, and those crash when
+# the process ends meanwhile.
 _CAMERA_SECONDS = 3.0
 _CAMERA = "camera"
 
@@ -27,8 +29,8 @@ _CAMERA = "camera"
 class Outlet:
     """A sink and the pictures that wait for it.
 
-    error: why the sink ended before the run did, or never worked.  is_over: the sink takes no
-    more pictures.
+    error: why the sink ended before the run did, or never worked; else None.
+    is_over: the sink takes no more pictures.
     """
 
     sink: LiveSink
@@ -42,11 +44,11 @@ def _outlet(sink: LiveSink) -> Outlet:
 
 
 class LiveRunner:
-    """Runs camera -> work -> sinks until the camera ends, `stop`, Ctrl-C, or an error.
+    """Runs camera -> work -> sinks until the camera ends, `stop` is called, Ctrl-C, or an error.
 
-    work: Frame -> LivePicture, always on the same thread.
-    log: called with a line of text when a sink gives up; the others go on.
-    prepare: called before the first frame is fetched.
+    work: Frame -> LivePicture, always called on the same thread.
+    log: called with a line of text when a sink gives up; the other sinks go on.
+    prepare: called on the camera's thread before the first frame is fetched.
     """
 
     def __init__(
@@ -69,11 +71,11 @@ class LiveRunner:
         self._running: set[str] = set()
 
     def run(self, on_tick: Callable[[], None] | None = None, tick_seconds: float = 0.5) -> None:
-        """Block until all is done, and call `on_tick` meanwhile.
+        """Block until the run is over, and call `on_tick` every `tick_seconds` meanwhile.
 
         After an interrupt `run` may be called again to continue the same run.
-        Raises the first error of camera or work; the error of a sink when no sink is left;
-        StoppedError after Ctrl-C or `stop`, once every sink has finished.
+        Raises the first error of camera or work, or the last sink's error when all sinks failed.
+        Raises StoppedError after Ctrl-C or `stop`, once every sink has finished.
         """
         try:
             with interrupted_later():
@@ -82,8 +84,8 @@ class LiveRunner:
                 if on_tick:
                     on_tick()
                 if self.stopped or self._first_error is not None:
-                    break  # from here on every wait has a limit
-        except BaseException as error:  # noqa: BLE001  # a display that fails, too; raised below
+                    break  # the waits below have a limit
+        except BaseException as error:  # noqa: BLE001  # even of `on_tick`; raised below
             self.stop()
             if not isinstance(error, KeyboardInterrupt):
                 self._fail(error)
@@ -98,7 +100,7 @@ class LiveRunner:
             raise StoppedError
 
     def stop(self) -> None:
-        """End the run, from any thread: waiting frames are dropped, and the sinks finish."""
+        """End the run: waiting frames are dropped, and the sinks finish. From any thread."""
         self.stopped = True
         self.inbox.cancel()
         self._camera.close()
@@ -110,12 +112,13 @@ class LiveRunner:
             if "paint" not in self._running or self.stopped or not self._takes_sinks:
                 raise UsageError("no live run is going on")
             name = f"sink {len(self.outlets)}"
-            self.outlets = [*self.outlets, outlet]  # replaced, since other threads go over it
+            # a new list, since other threads iterate over the old one
+            self.outlets = [*self.outlets, outlet]
             self._others.add(name)
             self._running.add(name)
         try:
             self._start_thread(name, partial(self._run_sink, outlet))
-        except RuntimeError:  # no thread is left: `run` must not wait for it
+        except RuntimeError:  # the system has no thread left: `run` must not wait for this sink
             outlet.is_over = True
             with self._ended:
                 self._running.discard(name)
@@ -123,7 +126,7 @@ class LiveRunner:
             raise
 
     def end(self, sink: LiveSink) -> None:
-        """Let a sink finish with what it has, from any thread; the run goes on."""
+        """Let a sink finish the pictures that wait for it; the run goes on. From any thread."""
         for outlet in self.outlets:
             if outlet.sink is sink:
                 outlet.is_over = True
@@ -141,13 +144,16 @@ class LiveRunner:
             self._start_thread(name, job)
 
     def _start_thread(self, name: str, job: Callable[[], None]) -> None:
-        """Start a daemon, so that it never keeps the process from ending."""
+        """Start a daemon thread, which never keeps the process from ending."""
         threading.Thread(
             target=self._guard, args=(name, job), name=f"makeup-{name}", daemon=True
         ).start()
 
     def _wait(self, seconds: float, names: set[str]) -> bool:
-        """True once the named threads have ended. Not Thread.join: see engine/runner.py."""
+        """Wait at most so long; True once the named threads have ended.
+
+        engine/runner.py tells why this does not use Thread.join.
+        """
         with self._ended:
             return self._ended.wait_for(lambda: not self._running & names, seconds)
 
@@ -155,8 +161,8 @@ class LiveRunner:
         try:
             job()
         except ChannelClosed:
-            pass  # the run is over, and its error is kept elsewhere
-        except BaseException as error:  # noqa: BLE001  # raised again by `run`
+            pass  # the run is over, and its error is already stored
+        except BaseException as error:  # noqa: BLE001  # `run` raises it again
             self._fail(error)
         finally:
             with self._ended:
@@ -184,7 +190,7 @@ class LiveRunner:
                 self._hand_out(self._work(frame))
                 del frame
         finally:
-            with self._ended:  # a sink that came now would wait for pictures for ever
+            with self._ended:  # a sink that was added now would wait for pictures for ever
                 self._takes_sinks = False
             for outlet in self.outlets:
                 outlet.channel.close()
@@ -196,7 +202,7 @@ class LiveRunner:
         for outlet in working:
             if outlet.is_over:
                 continue
-            with suppress(ChannelClosed):  # its sink gave up just now
+            with suppress(ChannelClosed):  # the outlet's sink gave up just now
                 outlet.channel.send(picture)
 
     def _run_sink(self, outlet: Outlet) -> None:
@@ -210,7 +216,7 @@ class LiveRunner:
             outlet.error, outlet.is_over = error, True
             outlet.channel.cancel()  # free the pictures that wait
             if all(other.error is not None for other in self.outlets):
-                self._fail(error)  # raised by `run`, so not logged here
+                self._fail(error)  # `run` raises the error, so it is not logged here
             else:
                 rest = "; the rest goes on" if self._takes_sinks else ""
                 self._log(f"{type(error).__name__}: {error}{rest}")

@@ -1,4 +1,4 @@
-"""The sound of a live run: one source, on a thread of its own, for every sink that wants it."""
+"""The sound of a live run: one source, on a thread of its own, for every sink that wants sound."""
 
 import threading
 from collections import deque
@@ -10,15 +10,16 @@ import numpy as np
 from makeup_video.pipeline.errors import MakeupVideoError
 
 RATE = 48_000  # samples per second of every source
-_KEPT_SECONDS = 10.0  # for a sink that takes no sound, such as one whose camera is gone
+_KEPT_SECONDS = 10.0  # kept for a sink that takes no sound now, such as while the camera is gone
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SoundBlock:
     """A piece of sound.
 
-    samples: (channels, N) float32, -1..1, at RATE.  begins_seconds: of time.monotonic(), when the
-    first sample was taken.  is_exact: the time is no measurement, which may come out late.
+    samples: (channels, N) float32, -1..1, at RATE.
+    begins_seconds: when the first sample was taken, by time.monotonic().
+    is_exact: the time is exact; otherwise it was measured on arrival, and may be late.
     """
 
     samples: np.ndarray
@@ -29,7 +30,7 @@ class SoundBlock:
 class SoundSource(Protocol):
     """Where the sound of a live run comes from."""
 
-    name: str  # what messages call the source
+    name: str  # for messages
     channels: int  # 1 or 2
 
     def blocks(self) -> Generator[SoundBlock, None, None]:
@@ -37,14 +38,14 @@ class SoundSource(Protocol):
         ...
 
     def close(self) -> None:
-        """End `blocks`. From any thread; may be called again."""
+        """End `blocks`. May be called from any thread, and repeatedly."""
         ...
 
 
 class SoundTap:
-    """One sink's end: the blocks that have come since the sink last took them.
+    """The blocks that have come since one sink last took them.
 
-    on_close: called once, when the sink takes no more.
+    on_close: called once, when the tap is closed.
     """
 
     def __init__(
@@ -83,7 +84,7 @@ class LiveSound:
     """Reads a source from `start` until `close`, and hands every block to all taps.
 
     log: called with a line of text when the source fails; the pictures go on.
-    while_tapped: the source is closed when the last tap is, as a microphone should be.
+    while_tapped: close the source when the last tap is closed, as a microphone needs.
     """
 
     def __init__(
@@ -100,7 +101,7 @@ class LiveSound:
         return self._source.name
 
     def tap(self) -> SoundTap | None:
-        """Make a further sink's end; None once there is no more sound.
+        """Make a tap for a further sink; None once the sound is over.
 
         May be called while the sound runs.
         """
@@ -108,13 +109,13 @@ class LiveSound:
         with self._tapping:
             if self.is_over:
                 return None
-            # replaced, since the thread goes over the old list
+            # a new list, since the thread iterates over the old one
             self._taps = [*(one for one in self._taps if not one.is_closed), tap]
         return tap
 
     @property
     def is_over(self) -> bool:
-        """True once it gives no more sound."""
+        """True once there will be no more sound."""
         return self._is_closing or bool(self._thread.ident and not self._thread.is_alive())
 
     def start(self) -> None:
@@ -139,9 +140,9 @@ class LiveSound:
             for block in self._source.blocks():
                 for tap in self._taps:
                     tap.put(block)
-        except Exception as error:  # noqa: BLE001  # whatever a library raises of odd sound
+        except Exception as error:  # noqa: BLE001  # odd sound may make a library raise anything
             if not self._is_closing:
                 what = str(error)
-                if not isinstance(error, MakeupVideoError):  # a library's own, which names nothing
+                if not isinstance(error, MakeupVideoError):  # a library's error names no source
                     what = f"{self.name} cannot be heard ({type(error).__name__}: {error})"
                 self._log(f"{what}; the video continues without audio")

@@ -1,9 +1,9 @@
 """Blocks of sound -> one sequence of samples that keeps step with the clock of the pictures.
 
 A sound card's clock differs from the computer's by up to 0.02 %: a tenth of a second in ten
-minutes. Samples that are lost, or a source that begins late, shift the sound, too. So each block is
-stretched by up to 0.4 %, which nobody hears, until its samples stand where the clock wants them.
-Larger gaps are filled with silence, and what lies before the sequence is left out.
+minutes. Lost samples, or a source that begins late, shift the sound, too. So each block is
+stretched or shortened by up to 0.4 %, which nobody hears, until the sound is in step again. Larger
+gaps are filled with silence, and samples that come far too early for the sequence are cut out.
 """
 
 from collections import deque
@@ -12,38 +12,38 @@ from collections.abc import Iterator
 import numpy as np
 from makeup_video.pipeline.live.sound import RATE, SoundBlock
 
-# A block arrives late now and then, and never early. So of all arrivals in this time the earliest
-# shows when the samples were taken.
+# A block may arrive late but never early. So the earliest of all arrivals in this time shows when
+# the samples were taken.
 _WINDOW_SECONDS = 2.0
-_CORRECTED_IN_SECONDS = 0.5  # how fast a small error is stretched away
+_CORRECTED_IN_SECONDS = 0.5  # stretching would remove a small error in this time
 _MOST_STRETCH = 0.004
-_GAP_SECONDS = 0.04  # a larger error is filled with silence or cut out, as is any at the start
-_LOST_SECONDS = 1.0  # arrivals that are late for so long are not late: samples were lost before
+_GAP_SECONDS = 0.04  # a larger error is filled with silence or cut out; at the start, any error is
+_LOST_SECONDS = 1.0  # if all blocks seem late for this long, samples were lost before them
 _BEHIND_SECONDS = 0.5  # a source this far behind the pictures counts as silent
 
 
 class SteadySound:
-    """Makes samples of blocks; sample n belongs at `zero_seconds` + n / RATE.
+    """Turns blocks into one sequence, whose sample n belongs at `zero_seconds` + n / RATE.
 
-    zero_seconds: of time.monotonic(), when the first picture arrived.
-    silent: number of samples that were filled in.
+    zero_seconds: when the first picture arrived, by time.monotonic().
+    silent: number of samples of silence that were filled in.
     """
 
     def __init__(self, channels: int, zero_seconds: float) -> None:
         self._channels, self._zero = channels, zero_seconds
-        self._in = 0  # samples that have come
-        # (sample number, time of the source's sample 0) of those arrivals that are, or may become,
-        # the earliest; times increase
+        self._in = 0  # number of samples that came in
+        # A sliding minimum: (sample number, time of the source's sample 0 by this arrival) for the
+        # arrivals that are the earliest, or may become so; both numbers increase.
         self._least: deque[tuple[int, float]] = deque()
-        # (sample number, time of arrival) from which on all blocks came late
+        # (sample number, time of arrival) of the first block since which all blocks were late
         self._late_from: tuple[int, float] | None = None
-        self.count = 0  # samples that went out
+        self.count = 0  # number of samples that went out
         self.silent = 0
 
     def add(self, block: SoundBlock) -> Iterator[np.ndarray]:
         """Yield the next samples of the sequence, (channels, N) float32; N may be 0.
 
-        Silence comes in parts of a second, however long it is.
+        Long silence comes in parts of at most one second.
         """
         samples = block.samples
         error = self._begin_of(block) - (self._zero + self.count / RATE)
@@ -58,18 +58,18 @@ class SteadySound:
             yield self._out(_stretched(samples, error))
 
     def pad(self, until_seconds: float) -> Iterator[np.ndarray]:
-        """Yield silence, as `add` does, where the source is far behind that monotonic time."""
+        """Yield silence, as `add` does, if the source is far behind this monotonic time."""
         behind = until_seconds - self._zero - self.count / RATE
         if behind > _BEHIND_SECONDS:
             yield from self._silence(round((behind - _BEHIND_SECONDS / 2) * RATE))
 
     def _begin_of(self, block: SoundBlock) -> float:
-        """When the block's first sample was taken, by the earliest of the last arrivals."""
+        """When the block's first sample was taken, judged by the earliest of the last arrivals."""
         if block.is_exact:
             return block.begins_seconds
         zero = block.begins_seconds - self._in / RATE
         if self._least and abs(zero - self._least[0][1]) > 1:
-            self._least.clear()  # the source paused, or plays another pass
+            self._least.clear()  # the source paused, or began another pass
         self._forget_what_was_lost(zero, block)
         while self._least and self._least[-1][1] >= zero:
             self._least.pop()
@@ -79,9 +79,10 @@ class SteadySound:
         return self._least[0][1] + self._in / RATE
 
     def _forget_what_was_lost(self, zero: float, block: SoundBlock) -> None:
-        """Leave out the arrivals from before a loss of samples, once it is one.
+        """Forget the arrivals from before a loss of samples, once the loss is certain.
 
-        After a thread that did not run for a while, the blocks that waited arrive at once.
+        Late blocks alone prove no loss. When the reading thread did not run for a while, the blocks
+        that waited arrive late and all at once, and then the lateness ends.
         """
         if not self._least or zero - self._least[0][1] <= _GAP_SECONDS:
             self._late_from = None
@@ -107,7 +108,7 @@ class SteadySound:
 
 
 def _stretched(samples: np.ndarray, error_seconds: float) -> np.ndarray:
-    """Samples made more or fewer by a part of an error, by linear interpolation."""
+    """The samples, lengthened or shortened to remove part of the error, by linear interpolation."""
     count = samples.shape[1]
     wanted = error_seconds * count / _CORRECTED_IN_SECONDS
     most = _MOST_STRETCH * count

@@ -1,7 +1,7 @@
 """Runs every net and kernel once, so that the first frames of a live run are not late.
 
-Without it the first five frames took 435, 275, 180, 116 and 19 ms where nothing had been compiled
-before, and 45, 20, 8, 10 and 10 ms where the kernels had.
+Without the warm-up the first five frames took 435, 275, 180, 116 and 19 ms when nothing had been
+compiled before, and 45, 20, 8, 10 and 10 ms when the kernels had been.
 """
 
 from fractions import Fraction
@@ -23,11 +23,11 @@ from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 
 _SIZE_WH = 640, 360
-_IOD_PX = 80.0
+_IOD_PX = 80.0  # distance of the outer eye corners
 
 
 def warm_up(build: BuildScene, paint: Composite) -> None:
-    """Find and paint a mean face on a grey frame with the run's own stages and kernels."""
+    """Look for faces in a grey frame and paint a mean face there, with the run's own stages."""
     frame = _grey()
     picture, nets = FramePicture(frame, 1), load_nets()
     detect(nets, picture, (*DETECTOR_SIDES_PX, *BESIDE_SIDES_PX))
@@ -41,7 +41,7 @@ def warm_up(build: BuildScene, paint: Composite) -> None:
     seen = FaceLandmarks(xy, z, (1, 1), where, parts.lips, layout, centres, centres, 0.0)
     faces = (to_face(seen, picture, 0),)
     scene = build(FrameFaces(frame, faces))
-    for count in (1, 2):  # of layers: one and several are painted by two versions of a kernel
+    for count in (1, 2):  # layers of a kind: a kernel has two versions, for one and for several
         look = Look(
             Layer(kind.name, product(kind.first_rgb, "shimmer", kind.part))
             for kind in KINDS.values()

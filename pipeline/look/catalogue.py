@@ -17,11 +17,11 @@ from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.params import rgb_of_hex
 
 COLUMNS = ("brand", "product", "shade", "hex")
-KIND_COLUMNS = ("category", "product_type", "type")  # what shops call it; each may be left out
+KIND_COLUMNS = ("category", "product_type", "type")  # a product's category; each may be missing
 _MOST_BYTES = 200_000_000
 _MOST_LINES = 3_000_000  # of 60 bytes each, as catalogues have them
-# The part of a look that a product is for, as in lip_gloss, Lippenstift, eyeliner; and what is for
-# none.
+# Words for products of a part of a look, as in lip_gloss, Lippenstift, eyeliner; and words for
+# products of no part.
 _OF_PART = {part: re.compile(kind.category) for part, kind in PARTS.items()}
 _OF_NONE = re.compile(
     r"(?<![a-z])(eye[ _-]?)?(brow|lash|mascara|nail|face|foundation|concealer|bronzer)"
@@ -32,7 +32,7 @@ _BLOCK = 1 << 15  # rows at a time: CIEDE2000 holds some thirty arrays of them
 class Shade(NamedTuple):
     """One shade of one product.
 
-    rgb: sRGB codes 0..255.  parts: those that it may be meant for, all when nothing is known.
+    rgb: sRGB codes 0..255.  parts: the parts that it may be for, all when nothing is known.
     """
 
     brand: str
@@ -43,14 +43,14 @@ class Shade(NamedTuple):
 
 
 class Catalogue:
-    """Shades in their order. A million of them take some 100 MB: brands and products are stored
-    once."""
+    """Shades in the order given. A million of them take some 100 MB, since each name of a
+    brand or a product is stored once."""
 
     def __init__(self, shades: Iterable[Shade]) -> None:
         once: dict[str, str] = {}
         self._names: tuple[list[str], list[str], list[str]] = [], [], []
         codes = array("B")
-        numbers: dict[tuple[str, ...], int] = {}  # of each set of parts
+        numbers: dict[tuple[str, ...], int] = {}  # one for each set of parts
         fits = array("H")
         brands, products, names = self._names
         for brand, product, name, rgb, parts in shades:
@@ -81,11 +81,11 @@ class Catalogue:
     def nearest(
         self, rgb: Sequence[float], count: int = 5, part: str | None = None
     ) -> list[tuple[float, Shade]]:
-        """The shades that look most like a colour (sRGB codes 0..255) and their CIEDE2000, best
-        first.
+        """The shades that look most like a colour (sRGB codes 0..255), each after its CIEDE2000
+        difference, best first.
 
-        part: shades that are known to be for other parts are left out. Equally near shades come
-        in the order of the catalogue.
+        Equally near shades come in the order of the catalogue.  part: shades that are known to be
+        for other parts are left out.
         """
         fit = np.ones(len(self), bool) if part is None else self._fits[part]
         count = min(count, int(fit.sum()))
@@ -94,7 +94,7 @@ class Catalogue:
         wanted = lab_of(np.array(rgb, np.float64))
         off = np.concatenate([ciede2000(block, wanted) for block in self._lab])
         off[~fit] = np.inf
-        # all that are as near as the last one: argpartition alone would choose among equals
+        # all as near as the last one: argpartition alone would choose any of several equals
         near = np.flatnonzero(off <= off[np.argpartition(off, count - 1)[count - 1]])
         near = near[np.argsort(off[near], kind="stable")][:count]
         return [(float(off[index]), self.at(index)) for index in near.tolist()]
@@ -103,7 +103,7 @@ class Catalogue:
 class Row(NamedTuple):
     """One row of a catalogue.
 
-    in_table: all of its cells.  kind: what product it is, in its own words, in lower case.
+    in_table: all of its cells.  kind: its category in the catalogue's words, in lower case.
     """
 
     in_table: TableRow
@@ -133,7 +133,7 @@ def rows_of(path: str | os.PathLike[str]) -> Iterator[Row]:
     """The rows of a CSV file (UTF-8, at most 200 MB) with columns brand, product, shade, hex.
 
     The columns category, product_type and type name the parts that a product is for. Other
-    columns are ignored; but none may have the name of another.
+    columns are ignored, but no two columns may have the same name.
     Cells are separated by commas, or by semicolons where line 1 has no comma. Rows whose cells are
     all blank do not count. Raises CatalogueError naming file, line and fault.
     """
@@ -144,7 +144,7 @@ def rows_of(path: str | os.PathLike[str]) -> Iterator[Row]:
 
 
 def rows_in(data: bytes, name: str) -> Iterator[Row]:
-    """The rows of a CSV file's bytes, as rows_of; messages call the file `name`."""
+    """The rows in a CSV file's bytes, read as by rows_of; messages call the file `name`."""
     try:
         yield from _rows(io.StringIO(data.decode("utf-8-sig"), newline=""), name)
     except UnicodeDecodeError as error:
@@ -193,9 +193,9 @@ def _checked(names: list[str], path: str | os.PathLike[str]) -> list[str]:
 
 @lru_cache(maxsize=1000)
 def _kind(*cells: str) -> tuple[str, tuple[str, ...]]:
-    """What a product is, in lower case, and the parts that it is for; all when no word names one.
+    """A product's category, in lower case, and the parts that it is for; all when no word is known.
 
-    cells: those of KIND_COLUMNS.
+    cells: the cells in KIND_COLUMNS.
     """
     kind = " ".join(cells).lower()
     named = tuple(name for name in PARTS if _OF_PART[name].search(kind))

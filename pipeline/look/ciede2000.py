@@ -40,7 +40,7 @@ def linear_of_lab(lab: np.ndarray) -> np.ndarray:
 
 
 def ciede2000(lab1: np.ndarray, lab2: np.ndarray) -> np.ndarray:
-    """Delta E00 of CIE L*a*b* colours (..., 3), which may be broadcast. About 1 is just seen."""
+    """Delta E00 of CIE L*a*b* colours (..., 3), which may be broadcast; about 1 is just visible."""
     L1, a1, b1 = np.moveaxis(np.asarray(lab1, np.float64), -1, 0)
     L2, a2, b2 = np.moveaxis(np.asarray(lab2, np.float64), -1, 0)
     C_bar7 = ((np.hypot(a1, b1) + np.hypot(a2, b2)) / 2) ** 7

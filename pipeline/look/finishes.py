@@ -16,8 +16,8 @@ from makeup_video.pipeline.look.words import (
     rgb_of,
 )
 
-# What a finish and an opacity are called where a look is put into words. Every kind of makeup has
-# all finishes.
+# The words for a finish and for an opacity, where a look is put into words. Every kind of makeup
+# has all finishes.
 _SHINES = {
     "matte": "matte", "satin": "satin", "sheer": "sheer", "gloss": "glossy",
     "metallic": "metallic", "shimmer": "shimmering",
@@ -27,11 +27,11 @@ _COVERS = (
     (0.0, "very light coverage"),
 )  # fmt: skip
 _SHEER_TO = 0.6  # opacity from which on no product is called sheer
-_HARDLY_SPARKLES = 0.1  # with more of them, what is put into words shimmers or is metallic
-_BY_ROOT = "gloss", "reflection"  # numbers whose roots are compared
+_HARDLY_SPARKLES = 0.1  # shimmer above which a product is called metallic or shimmering
+_BY_ROOT = "gloss", "reflection"  # numbers whose square roots are compared
 
 
-# Parts that a look in words names when they are bare, too.
+# Parts that a look in words names even when they are bare.
 _ALWAYS_NAMED = ("lips", "eyes")
 # FINISHES["gloss"]["lips"]["opacity"], by finish and part: all of GraphicsParams but the colour
 FINISHES: Mapping[str, Mapping[str, Mapping[str, float]]] = {
@@ -47,7 +47,7 @@ def nearest_finish(
     part: str = "lips",
     shimmers: bool = True,
 ) -> str:
-    """The finish whose numbers are closest; shimmers: False leaves out those that shimmer."""
+    """The finish whose numbers are closest.  shimmers: False leaves out finishes that shimmer."""
     numbers = {
         "opacity": opacity, "gloss": gloss, "gloss_roughness": gloss_roughness,
         "reflection": reflection,
@@ -57,7 +57,7 @@ def nearest_finish(
 
 
 def _closest(names: Sequence[str], numbers: Mapping[str, float], part: str) -> str:
-    """Of these finishes, the one that these of its numbers are closest to."""
+    """The finish, of these names, whose numbers are closest to the given numbers."""
 
     def on_scale(row: Mapping[str, float]) -> list[float]:
         return [math.sqrt(row[key]) if key in _BY_ROOT else row[key] for key in numbers]
@@ -72,8 +72,9 @@ def in_words(params: GraphicsParams, part: str = "lips") -> str:
 
 
 def _finish_seen(params: GraphicsParams, part: str) -> str:
-    """The finish that a product looks like. Gloss that mirrors nothing is gloss as well, what
-    covers more than lightly is not sheer, and what has sparkles is metallic or shimmers."""
+    """The finish that a product looks like. Reflection does not count, since gloss that mirrors
+    nothing is gloss as well. A product that covers well is not sheer, and a product with sparkles
+    is metallic or shimmers."""
     names = [
         name
         for name, parts in FINISHES.items()
@@ -87,7 +88,7 @@ def _finish_seen(params: GraphicsParams, part: str) -> str:
 def look_in_words(look: Look, *, with_bare: bool = True) -> str:
     """A look in one line: "lips #B4002E, glossy, opaque; eyes bare; all at 50%".
 
-    with_bare: name lips and eyes that wear nothing, too; else a look of no layers is "nothing".
+    with_bare: name lips and eyes even if they are bare; without it a bare look is "nothing".
     """
     parts = [
         f"{kind.part} {part_in_words(look, kind.name) or 'bare'}"
@@ -102,8 +103,8 @@ def look_in_words(look: Look, *, with_bare: bool = True) -> str:
 
 
 def part_in_words(look: Look, kind: str) -> str:
-    """What a look has of one kind: "#5A3A2E (lid), matte, opaque + #C08A5A (crease)"; empty for
-    nothing."""
+    """The layers of one kind: "#5A3A2E (lid), matte, opaque + #C08A5A (crease), matte, opaque";
+    empty for no layer."""
     layers = look.of(kind)
     return " + ".join(layer_in_words(layer, with_place=len(layers) > 1) for layer in layers)
 
@@ -116,10 +117,10 @@ def layer_in_words(layer: Layer, with_place: bool = False) -> str:
 
 
 def place_in_words(layer: Layer, with_place: bool = False) -> str:
-    """Where a layer lies and how strong it is, such as "brow bone, left eye, 80%"; what is usual is
-    left out.
+    """Where a layer lies and how strong it is, such as "brow bone, left eye, 80%"; the usual place,
+    both eyes and full strength are left out.
 
-    with_place: name the usual place, too, as where a look has several layers of the kind.
+    with_place: name the usual place, too, for looks with several layers of the kind.
     """
     slot, usual = layer.whole_shape.get("slot"), KINDS[layer.kind].whole_shape({}).get("slot")
     place = slot.replace("_", " ") if slot and (with_place or slot != usual) else ""
@@ -143,8 +144,8 @@ def parse_finish(text: str) -> str:
 def product(colour: Collection[float] | str, finish: str, part: str = "lips") -> GraphicsParams:
     """A product of a colour and a finish, for a part of a look: a key of PARTS, such as "lips".
 
-    colour: as under neutral light: "#B4002E", a name of CSS, or red, green and blue as sRGB-encoded
-    code values 0..255.  finish: a name of FINISHES, or another word for one, such as "glossy".
+    colour: in neutral light: "#B4002E", a name of CSS, or red, green and blue as sRGB-encoded code
+    values 0..255.  finish: a name of FINISHES, or another word for a finish, such as "glossy".
     Raises UsageError for an unknown name, LookError for a number out of its range, TypeError for
     another type.
     """

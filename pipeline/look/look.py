@@ -66,9 +66,9 @@ class _Fixed(dict[str, Any]):
 class Layer:
     """A product of one kind.
 
-    kind: a key of KINDS.  shape: values of some of the kind's dials; the others have those of the
-    zone (`slot`), or their defaults; kept as a read-only copy.  strength: how much of the product,
-    0 to 1.  Raises LookError for a kind that is unknown, and for a value out of range.
+    kind: a key of KINDS.  shape: values of some of the kind's dials, kept as a read-only copy; the
+    other dials have the values of the zone (`slot`), or their defaults.  strength: how much of the
+    product, 0 to 1.  Raises LookError for an unknown kind, and for a value out of range.
     """
 
     kind: str
@@ -86,7 +86,7 @@ class Layer:
             )
         shape, strength = self.shape, as_python(self.strength)
         if isinstance(shape, Mapping):
-            # a copy, since the caller may change its own, and one that nobody can change
+            # a read-only copy: the caller may change its own mapping
             shape = _Fixed({name: as_python(value) for name, value in shape.items()})
         kind.check_shape(shape, "shape")
         check_number("strength", strength, 0, 1)
@@ -103,7 +103,7 @@ class Layer:
 
     @classmethod
     def from_dict(cls, values: Any, where: str = "layer") -> Self:
-        """Raises LookError that names the key, what it may be, and what came."""
+        """A layer from its JSON object. Raises LookError naming key, range and given value."""
         if not isinstance(values, dict):
             raise LookError(f"{where} must be an object, got {shown(values)}")
         refuse_unknown(where, values, _KEYS)
@@ -118,7 +118,7 @@ class Layer:
         return cls(kind.name, product, shape, strength)
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON object, all keys written out; of the shape, what was given."""
+        """The JSON object with all keys; the shape has only the dials that were given."""
         return {
             "kind": self.kind,
             "strength": self.strength,
@@ -139,9 +139,9 @@ _GIVE = {
 class Look:
     """Makeup: layers in the order of painting, and the strength of all, 0..1.
 
-    layers are sorted into the order of painting; layers of one kind keep theirs. lips and eyes are
-    the short way to one lipstick and one eyeshadow: zone is then the eyeshadow's slot, intensity
-    its strength.  Raises LookError for a number out of range and for too many layers of a kind.
+    layers are sorted into the order of painting; layers of one kind keep their order. lips and eyes
+    are the short way to one lipstick and one eyeshadow: zone is the eyeshadow's slot, intensity its
+    strength.  Raises LookError for a number out of range and for too many layers of a kind.
     """
 
     layers: tuple[Layer, ...]
@@ -181,12 +181,12 @@ class Look:
 
     @property
     def lips(self) -> GraphicsParams | None:
-        """The lipstick, None on bare lips."""
+        """The lipstick; None on bare lips."""
         return self._first("lipstick")
 
     @property
     def eyes(self) -> GraphicsParams | None:
-        """The eyeshadow, the first of several, None on bare lids."""
+        """The first eyeshadow; None on bare lids."""
         return self._first("eyeshadow")
 
     @property
@@ -202,9 +202,9 @@ class Look:
         return tuple(layer for layer in self.layers if layer.kind == kind)
 
     def with_kind(self, kind: str, layers: Iterable[Layer]) -> Self:
-        """The same look with other layers of one kind; none takes it off.
+        """The same look with other layers of one kind; no layers take the kind off.
 
-        Raises LookError for a word that is no kind, or a layer of another one.
+        Raises LookError for a word that is no kind, or a layer of another kind.
         """
         _kind(kind, "kind")
         layers = _several(layers)
@@ -222,8 +222,8 @@ class Look:
 
     @property
     def painted(self) -> list[Layer]:
-        """The layers that change anything, in the order of painting, each with a value for every
-        dial, and its strength times that of the look."""
+        """The layers that change anything, in the order of painting. Each has a value for every
+        dial, and its strength is multiplied by that of the look."""
         return [
             replace(layer, shape=layer.whole_shape, strength=layer.strength * self.strength)
             for layer in self.layers
@@ -263,7 +263,7 @@ class Look:
         return cls(read, values.get("strength", 1.0))
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON object, all keys written out; `from_dict` gives the same look back."""
+        """The JSON object with all keys; `from_dict` gives the same look back."""
         layers = [layer.to_dict() for layer in self.layers]
         return {"version": self.VERSION, "strength": self.strength, "layers": layers}
 
@@ -286,7 +286,7 @@ class Look:
     def save(self, path: str | Path) -> None:
         """Write the look as indented UTF-8 JSON.
 
-        Raises OutputError; a file that was there before is then as it was, unless its folder takes
+        Raises OutputError. A file that was there before is then unchanged, unless its folder takes
         no new files.
         """
         if not check_path("path", path):
@@ -330,7 +330,7 @@ def _several(layers: Iterable[Layer]) -> list[Layer]:
 
 
 def check_look(look: object) -> None:
-    """Raises TypeError, which says how to make a look, for what is none."""
+    """Raises TypeError for anything but a Look; the message says how to make one."""
     if isinstance(look, Look):
         return
     how = "Look(lips=product('#B4002E', 'gloss')) makes one"
@@ -346,7 +346,7 @@ def check_look(look: object) -> None:
 def check_count(layers: list[tuple[Any, Any]]) -> None:
     """Raises LookError for more layers of a kind than a look may have.
 
-    layers: of each the kind and the shape, which need not be valid.
+    layers: the kind and the shape of each, which need not be valid.
     """
     for kind in KINDS.values():
         count, where = most_in_a_place([shape for name, shape in layers if name == kind.name])
@@ -358,10 +358,10 @@ def check_count(layers: list[tuple[Any, Any]]) -> None:
 
 
 def most_in_a_place(shapes: list[Any]) -> tuple[int, str]:
-    """The most layers of a kind on one eye, and " on the left eye" or the like; all of them, and
-    "", where none is for one eye alone.
+    """The number of layers of a kind on the eye with most of them, and " on the left eye" or the
+    like. Where no layer is for one eye only: the number of all layers, and "".
 
-    shapes: of the layers, which need not be valid.
+    shapes: the shapes of the layers, which need not be valid.
     """
     eyes = [shape.get("eye") if isinstance(shape, Mapping) else None for shape in shapes]
     left, right = eyes.count(LEFT_EYE), eyes.count(RIGHT_EYE)
@@ -376,7 +376,7 @@ def _kind(name: Any, where: str) -> Kind:
 
 
 def _from_version_1(values: dict[str, Any]) -> dict[str, Any]:
-    """The arguments of Look from the object of a file of version 1."""
+    """The arguments of Look from the JSON object of a look file of version 1."""
     keys = ("version", "lips", "eyes", "strength", "zone", "intensity")
     refuse_unknown("the look", values, keys)
     for name in ("lips", "eyes"):

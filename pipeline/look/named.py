@@ -1,4 +1,4 @@
-"""Looks with names, as several looks of one video have them: from files, or catalogue rows."""
+"""Looks with names, for videos that are painted in several looks: from files or catalogue rows."""
 
 import glob
 import os
@@ -23,9 +23,9 @@ _MOST_NAMES = 5  # in a message
 
 @dataclass(frozen=True, slots=True)
 class NamedLook:
-    """A look and what it is called in names of outputs.
+    """A look and its name in the names of outputs.
 
-    brand, shade, product: of a catalogue's row, else empty.  where: the row's file and line.
+    brand, shade, product: from a catalogue's row, else empty.  where: the row's file and line.
     """
 
     name: str
@@ -43,12 +43,12 @@ class NamedLook:
 
 
 def look_files(place: str) -> list[Path]:
-    """The look files of a folder, its photos where it has none, or the files that a pattern such as
-    looks/*.json matches, by name.
+    """The look files of a folder, or the files that match a pattern such as looks/*.json, by name.
 
-    Photos in a folder of look files are what these were read from, or what was painted with them.
-    Hidden files of a folder, such as macOS writes beside others (._red.json), do not count. Raises
-    LookError where there is none.
+    A folder without look files gives its photos. In a folder with look files photos do not count:
+    the looks were read from them, or they were painted with the looks. Hidden files of a folder,
+    such as macOS writes beside others (._red.json), never count. Raises LookError where no file is
+    found.
     """
     if os.path.isdir(place):
         try:
@@ -95,13 +95,13 @@ def looks_of_catalogue(
     """A look for each row of a catalogue: its colour and its finish on the part that it is for.
 
     where: conditions COLUMN=VALUE, all of which a row must meet; case does not matter.
-    finish: for all rows; None: the column `finish`, or where a row has none the finish that its
-    category names, or what suits the part.
-    parts: those to paint; empty: every row counts. A row that may be for several parts is for the
-    first of them in the order of PARTS.
-    on_left_out: called for each row of a product for no part, such as a mascara, with what it is.
-    on_unknown: the same for each row that goes to the first of all parts because no word of its
-    category is known, such as a pencil.
+    finish: the finish of all rows. None: the finish in the column `finish`, else the finish that
+    the row's category names, else the first finish of the part.
+    parts: the parts to paint; empty: every row counts. A row that may be for several parts is for
+    the first of them in the order of PARTS.
+    on_left_out: called with the category of each row whose product is for no part, such as mascara.
+    on_unknown: called with the category of each row that goes to the first of all parts because no
+    word of the category is known, such as a pencil.
     Raises UsageError for a condition, CatalogueError naming file, line and fault.
     """
     conditions = [_condition(text) for text in where]
@@ -135,8 +135,8 @@ def _nothing_found(
 ) -> CatalogueError:
     """Why a catalogue gives no look.
 
-    where, parts: as of looks_of_catalogue.  others: the products for no part that its rows are.
-    values: by column, what rows have there that do not meet a condition.
+    where, parts: see looks_of_catalogue.  others: the categories of products that are for no part.
+    values: by column, the cells of rows that do not meet the condition on it.
     """
     if others and not parts:
         which = f" where {' and '.join(where)}" if where else ""
@@ -201,7 +201,7 @@ def _finish_in(kind: str) -> str | None:
 
 
 def numbered(names: Sequence[str]) -> list[str]:
-    """Names of which those that would be one file get numbers: nude, Nude-2, nude-3."""
+    """The names, with numbers where several would name the same file: nude, Nude-2, nude-3."""
     wanted, used = {_file_of(name) for name in names}, set()
     numbers: Counter[str] = Counter()
     found = []
@@ -216,5 +216,5 @@ def numbered(names: Sequence[str]) -> list[str]:
 
 
 def _file_of(name: str) -> str:
-    """What distinguishes two names of files: some disks do not distinguish A from a."""
+    """A key that is the same for names of the same file: some disks do not tell A from a."""
     return in_name(name).casefold()

@@ -1,4 +1,4 @@
-"""A look from what a user chose: a ready look, a file or a photo, and what replaces parts of it."""
+"""A look from what a user chose: a ready look, a file or a photo, and options that change it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,7 +15,7 @@ from makeup_video.pipeline.look.words import (
     slot_named,
 )
 
-DEFAULT_PARTS = tuple(PARTS)[:1]  # of a colour without a look
+DEFAULT_PARTS = tuple(PARTS)[:1]  # the parts that a colour without a look is for
 PARTS_IN_WORDS = f"{', '.join(PARTS)} or several of them, such as {','.join(tuple(PARTS)[:2])}"
 _SHADOW = KINDS["eyeshadow"]  # whose zone and strength have options of their own
 _COLOUR = option("color", COLOUR)
@@ -27,7 +27,7 @@ _NOTHING = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """The options of the command that make a look, as they were typed; None: not given.
+    """The options of the command that make a look, as they were typed; None: no such option.
 
     base: the look of --look, empty for `none`, or the one read from --ref.
     worn: what the parts wear, by part: COLOUR[:WORD...], or `none`.
@@ -46,9 +46,10 @@ class Choice:
 def choose_look(choice: Choice) -> Look:
     """The look that a choice means.
 
-    A part's own option replaces all of its layers. `color` and `finish` change those of the other
-    parts that `parts` names; without `parts`, lips and eyes as far as the base has them, else the
-    lips. Where `parts` is given, all other parts become bare but those with an option of their own.
+    A part's own option replaces all of its layers. `color` and `finish` change the other parts that
+    `parts` names; without `parts` they change the lips and eyes that the base paints, else the
+    lips. With `parts`, all parts that it does not name become bare, except parts with an option of
+    their own.
     Raises UsageError or LookError, one line naming the option.
     """
     check_options(choice)
@@ -77,8 +78,8 @@ def choose_look(choice: Choice) -> Look:
 def _all_parts(
     base: Look, rgb: Sequence[float] | None, finish: str | None, worn: Mapping[str, str]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The parts to paint, and those of them that take the colour and the finish, where none were
-    named."""
+    """The parts to paint, and which of them take the colour and the finish, when `parts` names
+    none."""
     painted = tuple(part for part, kind in PARTS.items() if kind.name in base.kinds)
     changed = tuple(part for part in painted if PARTS[part].follows_color and part not in worn)
     if not changed and rgb is not None:
@@ -99,7 +100,7 @@ def _all_parts(
 
 
 def check_options(choice: Choice) -> None:
-    """Check what needs no base. Raises UsageError as choose_look does."""
+    """Check all that needs no base look. Raises UsageError as choose_look does."""
     if choice.color is not None:
         parse_color(choice.color)
     finish = None if choice.finish is None else parse_finish(choice.finish)
@@ -138,8 +139,8 @@ def parse_zone(text: str) -> str:
 
 
 def _layers(base: Look, part: str, rgb: Sequence[float] | None, finish: str | None) -> list[Layer]:
-    """What a chosen part wears: its old layers in another colour or another finish, or a new
-    one."""
+    """The layers of a part that is changed: its old layers in another colour or another finish, or
+    a new layer."""
     old = base.of(PARTS[part].name)
     if not old:
         if rgb is None:
@@ -190,7 +191,8 @@ def _with_dials(look: Look, choice: Choice) -> Look:
 
 
 def _scaled(layers: Sequence[Layer], strength: float) -> tuple[Layer, ...]:
-    """Layers of which the strongest gets a strength and the others keep their proportion to it."""
+    """Layers with other strengths: the strongest layer gets `strength`, the others keep their
+    proportion to it."""
     most = max(layer.strength for layer in layers)
     return tuple(
         replace(layer, strength=strength * (layer.strength / most if most else 1))

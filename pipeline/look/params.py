@@ -44,8 +44,8 @@ def _number(low: float, high: float, meaning: str, default: float | None = None)
 class GraphicsParams:
     """The 17 rendering parameters of one product (the paper's g, section 3.1, then the renderer's).
 
-    red, green, blue are sRGB-encoded code values 0..255, fractions allowed: the product's
-    colour as under neutral light. Everything else has no unit.
+    red, green, blue are sRGB-encoded code values 0..255, fractions allowed: the product's colour in
+    neutral light. All other parameters have no unit.
     """
 
     red: float = _number(
@@ -119,7 +119,7 @@ class GraphicsParams:
 
     @property
     def is_worn(self) -> bool:
-        """False when it changes nothing: neither opaque, nor glossy, nor reflecting."""
+        """False for a product that changes nothing: neither opaque, nor glossy, nor reflecting."""
         return self.opacity > 0 or self.gloss > 0 or self.reflection > 0
 
     @property
@@ -130,7 +130,7 @@ class GraphicsParams:
     @classmethod
     def from_dict(cls, values: Any, where: str = "product") -> Self:
         """A product from its parameters by name; `color`, as "#B4002E", may stand for the first
-        three. Raises LookError that names the key, what it may be, and what came."""
+        three. Raises LookError that names the key, its range, and the value given."""
         if not isinstance(values, dict):
             raise LookError(f"{where} must be an object, got {shown(values)}")
         specs = {spec.name: spec for spec in fields(cls)}
@@ -169,7 +169,7 @@ def refuse_unknown(where: str, values: dict[str, Any], known: Any) -> None:
 
 
 def as_python(value: Any) -> Any:
-    """A number of numpy as one of Python: JSON knows no other."""
+    """A number of numpy as a number of Python, the only kind that JSON takes; else the value."""
     return value.item() if getattr(value, "shape", None) == () else value
 
 
@@ -186,7 +186,7 @@ def _range_text(low: float, high: float) -> str:
 
 
 def _as_json(value: Any) -> str:
-    """JSON with umlauts as they are, and escapes for what does not print, as repr writes them."""
+    """JSON that keeps letters such as umlauts, and escapes only characters that do not print."""
     text = json.dumps(value, default=repr, ensure_ascii=False)
     return "".join(one if one.isprintable() else json.dumps(one)[1:-1] for one in text)
 

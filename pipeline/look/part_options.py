@@ -1,4 +1,4 @@
-"""What `--lips`, `--eyes` and the options of the other parts say: COLOUR[:WORD...], or `none`.
+"""What `--lips`, `--eyes` and the options of other parts mean: COLOUR[:WORD...], or `none`.
 
 A word is a finish, a zone, a share such as 80%, or a number of the kind's shape such as wing=0.3.
 Commas separate layers: `--eyes '#5A3A2E:outer:80%,peachpuff:shimmer:lid'`.
@@ -25,7 +25,7 @@ from makeup_video.pipeline.look.words import (
     slot_named,
 )
 
-COLOUR = "'#B4002E'"  # as examples spell it: shells take an unquoted # for a comment
+COLOUR = "'#B4002E'"  # in examples with quotes: shells take an unquoted # for a comment
 _BETWEEN_LAYERS = re.compile(r",(?![^(]*\))")  # but not the commas of rgb(180, 0, 46)
 
 
@@ -49,10 +49,10 @@ def parse_color(text: str, name: str = "color") -> tuple[int, int, int]:
 
 
 def parse_share(text: str, what: str) -> float:
-    """A share from "0.8" or "80%".  what: begins the message.  Raises UsageError."""
+    """A share from "0.8" or "80%".  what: the beginning of the message.  Raises UsageError."""
     number = number_of(text)
     if number is None or not 0 <= number <= 1:
-        # not 1.2, by which somebody means more than all
+        # 1.2 is no percentage: whoever types it means more than all
         is_percent = number is not None and 10 <= number <= 100 and "%" not in text
         meant = ""
         if is_percent:
@@ -68,8 +68,8 @@ def parse_share(text: str, what: str) -> float:
 def layers_of(part: str, text: str, finish: str | None = None) -> tuple[Layer, ...]:
     """The layers that an option's value means, none for `none`.
 
-    part: a key of PARTS, the option's name.  finish: of layers that name none; None: the kind's
-    first.  Raises UsageError.
+    part: a key of PARTS, the option's name.  finish: for layers that name no finish; None: the
+    kind's first_finish.  Raises UsageError.
     """
     if is_none(text):
         return ()
@@ -119,12 +119,12 @@ def _layer(kind: Kind, text: str, finish: str | None) -> Layer:
 
 
 def _meant(kind: Kind, texts: list[str]) -> str:
-    """ ": did you mean 'red:matte'?" where commas or spaces stand for colons, or the same for
-    'rgb(180, 0, 46)' where only its numbers are given, else nothing."""
+    """ ": did you mean 'red:matte'?" where commas or spaces stand for colons, ": did you mean
+    'rgb(180, 0, 46)'?" where only its numbers are given, else nothing."""
     first, *rest = texts
     numbers = f"rgb({', '.join(one.strip() for one in texts)})"
     are_colours = len(texts) <= kind.most and all(rgb_of(one) is not None for one in texts)
-    if are_colours:  # 000000 is a share, too
+    if are_colours:  # asked first: 000000 is a share, too
         return ""
     if len(texts) == 3 and all(one.strip().isdigit() for one in texts) and rgb_of(numbers):
         return f": did you mean '{numbers}'?"
@@ -189,7 +189,7 @@ def _dial_named(kind: Kind, name: str) -> Dial | None:
 
 
 def _choice_named(kind: Kind, word: str) -> tuple[str, str] | None:
-    """The dial, except the zone, and its choice that a word names: "left" is an eye."""
+    """The dial and the choice that a word names, such as `eye` and "left"; not for zones."""
     dials = [dial for dial in kind.dials if dial.name != "slot"]
     choices = [(dial.name, one) for dial in dials for one in dial.choices]
     return next((pair for pair in choices if plain(pair[1]) == plain(word)), None)

@@ -10,7 +10,8 @@ _MOST_DIGITS = 400  # no number in range has more, and Python reads no more than
 
 
 def read_json(text: str) -> Any:
-    """Raises LookError, one line, for what is no JSON and for a key that is given twice."""
+    """The values in a JSON text. Raises LookError, one line, for text that is not JSON and for a
+    key that is given twice."""
     try:
         return json.loads(text, object_pairs_hook=object_without_repeats, parse_int=whole_number)
     except json.JSONDecodeError as error:
@@ -27,12 +28,12 @@ def written(values: dict[str, Any]) -> str:
 
 
 def whole_number(digits: str) -> int | float:
-    """A whole number of JSON; infinite when it has more digits than any that may be given."""
+    """A whole number of JSON; infinite when it has more digits than any number in range."""
     return int(digits) if len(digits) <= _MOST_DIGITS else float(digits)
 
 
 def object_without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """The object_pairs_hook of strict JSON. Raises LookError for a key that is given twice."""
+    """The object_pairs_hook of json.loads. Raises LookError for a key that is given twice."""
     values: dict[str, Any] = {}
     for key, value in pairs:
         if key in values:

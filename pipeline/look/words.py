@@ -11,7 +11,7 @@ from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.look.kinds.kind import Kind
 from makeup_video.pipeline.look.params import rgb_of_hex
 
-_BEGINS = 3  # from so many letters on a word may be the beginning of a name, if of one alone
+_BEGINS = 3  # letters from which on a word may stand for the only name that begins with it
 _NUMBER = re.compile(r"([+-]?(?:\d{1,9}\.?\d{0,9}|\.\d{1,9}))\s*(%?)", re.ASCII)
 NONE = "none"
 
@@ -27,8 +27,8 @@ FINISH_WORDS: Mapping[str, tuple[str, ...]] = {
     ),
 }  # fmt: skip
 
-# Colours that people call by the shade of a product, and that have no name in CSS: the medians of
-# the lipsticks of a table whose shade has that word, taupe that of the eyeshadows
+# Colours that people call by the names of shades, which CSS does not have. Each is the median of
+# the lipsticks in a table whose shade has that word; taupe is the median of the eyeshadows
 # (training/shade_names.py).
 SHADES: Mapping[str, str] = {
     "apricot": "#E1A29D", "berry": "#9D354F", "bordeaux": "#731D37", "caramel": "#B2625E",
@@ -41,7 +41,7 @@ SHADES: Mapping[str, str] = {
 
 
 def plain(word: str) -> str:
-    """A word without what does not matter: "Brow-Bone " is "browbone"."""
+    """A word in lower case, without spaces, hyphens and underscores: "Brow-Bone " is "browbone"."""
     return re.sub(r"[\s_-]+", "", word).lower()
 
 
@@ -51,7 +51,7 @@ def is_none(word: str) -> bool:
 
 
 def rgb_of(text: str) -> tuple[int, int, int] | None:
-    """Red, green, blue, sRGB code values 0..255; None for what is no colour.
+    """Red, green, blue, sRGB code values 0..255; None for a text that is no colour.
 
     text: hex digits with or without a #, a name of CSS or of SHADES, or CSS's rgb(...) or hsl(...).
     """
@@ -92,7 +92,7 @@ def slot_named(word: str, kind: Kind) -> str | None:
 
 
 def number_of(text: str) -> float | None:
-    """A number from "0.8" or "80%"; None for what is neither."""
+    """A number from "0.8" or "80%"; None for any other text."""
     found = _NUMBER.fullmatch(text.strip())
     if found is None:
         return None

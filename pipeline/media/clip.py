@@ -1,4 +1,4 @@
-"""The part of a video that is kept: its packets and chapters move, all others are dropped."""
+"""The kept part of a video: moves its packets and chapters in time and drops all others."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -29,7 +29,8 @@ class Clip:
     def take(self, packet: Any) -> bool:
         """Move a packet into the clip's time; False when the packet lies outside.
 
-        Subtitles that are on screen at the start or at the end are cut to the clip.
+        Subtitles that are on screen at the start or at the end are cut to the clip. Cover art from
+        before the start is kept.
         """
         time = packet.pts if packet.pts is not None else packet.dts
         if self._is_whole or time is None:
@@ -40,13 +41,13 @@ class Clip:
             return False
         stop = seconds + (packet.duration or 0) * base
         is_before = stop <= self.shift if is_text else seconds < self.shift
-        # of a video of which nothing is cut, a late clock leaves out only subtitles
+        # without a start, only subtitles are dropped: those that end before a late clock begins
         if is_before and (self.start is not None or (is_text and self.shift > 0)):
             return is_cover(packet.stream)
         if is_text and self.end is not None:
             packet.duration = min(packet.duration, round((self.end - seconds) / base))
         ticks = round(self.shift / base)
-        cut_ticks = max(0, ticks - time) if is_text else 0  # of a subtitle, before the start
+        cut_ticks = max(0, ticks - time) if is_text else 0  # the subtitle's part before the start
         if packet.pts is not None:
             packet.pts += cut_ticks - ticks
         if packet.dts is not None:
@@ -56,7 +57,7 @@ class Clip:
         return True
 
     def chapters(self, chapters: list[Any]) -> list[Any]:
-        """PyAV's chapters that lie in the clip, cut to it and moved into its time."""
+        """PyAV's chapters that lie in the clip, cut to the clip and moved to its times."""
         if self._is_whole:
             return chapters
         kept = []

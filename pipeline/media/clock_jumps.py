@@ -1,8 +1,8 @@
-"""Lets the clock of an MPEG stream go on where it jumps back.
+"""Mends the clock of an MPEG stream that jumps, so that its times go on.
 
-Recordings of broadcasts that were joined byte by byte, and streams that were interrupted, have a
-clock that begins anew. All streams of the file jump by as much, each at its own place between the
-packets of the others.
+Where recordings of broadcasts were joined byte by byte, or a stream was interrupted, the clock
+begins anew. All streams of the file jump by the same amount, each at its own place among the
+interleaved packets.
 """
 
 from fractions import Fraction
@@ -10,25 +10,26 @@ from typing import Any
 
 from makeup_video.pipeline.media.input_file import VideoSource
 
-_BACK_SECONDS = 1  # from where on a step back is a jump, and no disorder of packets
-# From where on a step ahead is one: FFmpeg takes a clock that says a minute less than the file's
-# first time for one that has passed the largest time, 26.5 hours.
+_BACK_SECONDS = 1  # a smaller step back comes from packets that are out of order
+# A step ahead by this much comes from a jump back: when a clock shows a minute less than the file's
+# first time, FFmpeg assumes that the clock has passed its largest time, 26.5 hours.
 _AHEAD_SECONDS = 12 * 3600
 
 
 class ClockJumps:
     """Moves packets, in the order of the file, so that their clock never jumps back.
 
-    jumps: of each jump its time on the mended clock, and by how much what follows moves, seconds.
+    jumps: for each jump, its time on the mended clock and how far all later packets move, in
+    seconds.
     """
 
     def __init__(self, source: VideoSource) -> None:
         self.jumps: list[tuple[Fraction, Fraction]] = []
         self._is_free = source.has_free_clock
-        # of sound and picture, by stream: the jumps that it has made, and where its last packet
-        # ends on the mended clock, in seconds
+        # by index of an audio or video stream: how many jumps it has made, and where its last
+        # packet ends on the mended clock, in seconds
         self._states: dict[int, tuple[int, Fraction]] = {}
-        # the same before the last packet, where that was the first behind a jump
+        # the state before the stream's last packet, if that packet was the first after a jump
         self._before: dict[int, tuple[int, Fraction]] = {}
 
     def __call__(self, packet: Any) -> None:
@@ -39,8 +40,8 @@ class ClockJumps:
         if time is None:
             return
         base, index = packet.time_base, packet.stream.index
-        # a stream that begins behind a jump has made it already; subtitles, whose packets are too
-        # few to show a jump, move as sound and picture do
+        # A stream that begins after a jump has made it already. Subtitles have too few packets to
+        # show a jump, so they move with sound and picture.
         met = max((met for met, _ in self._states.values()), default=0)
         if index in self._states:
             met = self._met_by(index, time * base)
@@ -53,11 +54,11 @@ class ClockJumps:
             self._states[index] = met, (time + ticks + (packet.duration or 0)) * base
 
     def _met_by(self, index: int, seconds: Fraction) -> int:
-        """How many jumps a stream has made up to a packet of this time on the file's clock."""
+        """How many jumps a stream has made by its packet at this time on the file's clock."""
         met, end = self._states[index]
         before = self._before.pop(index, None)
         if before is not None and abs(seconds + self._moved(before[0]) - before[1]) < _BACK_SECONDS:
-            met, end = before  # one packet was astray, and no clock has jumped
+            met, end = before  # only that one packet had a wrong time, and no clock has jumped
             if all(others <= met for at, (others, _) in self._states.items() if at != index):
                 del self.jumps[met:]
         for known in range(met, len(self.jumps) + 1):

@@ -29,9 +29,9 @@ APPLE_HEVC = "hvc1"
 class HdrParameters(NamedTuple):
     """How an encoder's library spells static HDR10 metadata.
 
-    mastering_display, content_light: names of its parameters.
-    in_units: chromaticity counted in 1/50000 and luminance in 1/10000 cd/m2, as in the SEI message
-    of SMPTE ST 2086; else plain numbers.
+    mastering_display, content_light: the names of the library's parameters.
+    in_units: True: chromaticity counts in 1/50000 and luminance in 1/10000 cd/m2, as in the SEI
+    message of SMPTE ST 2086. False: both are plain numbers.
     """
 
     mastering_display: str
@@ -40,18 +40,18 @@ class HdrParameters(NamedTuple):
 
 
 class VideoCodec(NamedTuple):
-    """A video codec that outputs can have: its encoder, and what is particular to it.
+    """A video codec for outputs, and the properties of its encoder.
 
-    name: as users choose it.  also: other names for it.  encoder: FFmpeg's name.
+    name: the one that users choose.  also: other names for the codec.  encoder: FFmpeg's name.
     containers: FFmpeg's names of the muxers.
     pix_fmts: the pixel formats that we hand to the encoder.
-    crf: (lowest, highest, default), None where there is none.
-    presets: the choices, None where there are none; `preset` is the default.
-    depth: bits a sample unless others are asked for; None: those of the source.
+    crf: (lowest, highest, default); None if the encoder has no crf.
+    presets: the choices; None if the encoder has no presets.  preset: the default.
+    depth: bits per sample unless the user asks for others; None: as many as the source has.
     interlaced: the encoder can keep fields.  whole_chroma: it refuses odd sizes in 4:2:0.
-    full_range: its streams can say that their samples have the full range.
-    memory_mb_per_mpx: what one more encoder of the default preset holds, in MB per megapixel of a
-    frame: mostly the frames of its look-ahead.
+    full_range: its streams can declare samples of full range.
+    memory_mb_per_mpx: memory of one more encoder at the default preset, in MB per megapixel of a
+    frame; most of it holds the frames of the look-ahead.
     options: (crf, preset) -> the encoder's own options.
     tag: the codec's name in mp4 and mov; None: FFmpeg's choice.
     transparent_in: the containers in which transparency is kept.
@@ -59,16 +59,17 @@ class VideoCodec(NamedTuple):
     quiet: parameters that stop the library from printing.  quiet_environment: (variable, value)
     pairs for a library that reads its log level from the environment.
     bottom_first: the parameter for videos that show the bottom field first.
-    hdr: None where the encoder cannot carry static HDR10 metadata.  captions: it can carry closed
+    hdr: None if the encoder cannot carry static HDR10 metadata.  captions: it can carry closed
     captions.  stereo: it can carry how the views of stereo 3D are packed.
-    live_preset: fast enough for a live recording; None for codecs that no live recording has.
-    live_options: (option, value) pairs for recordings, so that packets come out in order and
+    live_preset: fast enough for a live recording; None for codecs that live recordings never use.
+    live_options: (option, value) pairs for live recordings, so that packets come out in order and
     without delay.
-    many_threads: it starts more threads than there are cores, each with pictures of its own.
-    is_hardware: the encoder is one of a graphics chip, see hardware.py.
-    handed: (ours, its) pairs of pixel formats, where the encoder takes another order of samples.
+    many_threads: the encoder starts more threads than there are cores, each with its own pictures.
+    is_hardware: the encoder runs on a graphics chip, see hardware.py.
+    handed: (our pixel format, the encoder's) pairs, where the encoder takes another order of
+    samples.
     device: FFmpeg's type of the device that pictures are sent to.
-    little_chroma: few players can show its streams with more chroma than 4:2:0.
+    little_chroma: few players can show this codec with more chroma than 4:2:0.
     """
 
     name: str
@@ -111,10 +112,10 @@ _FULL = ("yuvj420p", "yuvj422p", "yuvj444p")
 _TEN_BITS = ("yuv420p10le", "yuv422p10le", "yuv444p10le")
 _TWELVE_BITS = ("yuv420p12le", "yuv422p12le", "yuv444p12le")
 
-# Phones, browsers and television sets play H.264 of 8 bits alone, so that is its depth, and RGB
-# becomes 4:2:0.
-# The default crfs give the codecs about the same luma PSNR, that of H.264 at 18, which is visually
-# lossless at normal size; each default preset keeps 720p30 in real time on two cores.
+# Phones, browsers and television sets play only 8-bit H.264, so H.264 gets 8 bits, and RGB becomes
+# 4:2:0.
+# At their default crfs all codecs have about the luma PSNR of H.264 at 18, which is visually
+# lossless at normal size. Each default preset encodes 720p30 in real time on two cores.
 CODECS = {
     codec.name: codec
     for codec in (
@@ -191,7 +192,7 @@ CODECS = {
         ),
     )
 }  # fmt: skip
-PLAYS_EVERYWHERE = CODECS["h264"]  # browsers, receivers and programs that read cameras take it
+PLAYS_EVERYWHERE = CODECS["h264"]  # in browsers, receivers and programs that read cameras
 
 
 def container_of(path: str | os.PathLike[str]) -> str:
@@ -222,7 +223,7 @@ def pick_codec(name: str | None, container: str, *, deep: bool, alpha: bool) -> 
 
 
 def _codec_of(name: str) -> VideoCodec:
-    """The codec of one of its names: "H.265" and "x265" are hevc."""
+    """The codec that has this name: "H.265" and "x265" both mean hevc. Raises UsageError."""
     named = {_plain(word): codec for codec in CODECS.values() for word in (codec.name, *codec.also)}
     codec = named.get(_plain(name))
     if codec is None:
@@ -235,7 +236,7 @@ def _codec_of(name: str) -> VideoCodec:
 
 
 def _plain(name: str) -> str:
-    """A codec's name without what does not matter: "H.264" is "h264"."""
+    """A codec's name in lower case, without separators: "H.264" becomes "h264"."""
     return re.sub(r"[\s._-]+", "", name).lower()
 
 
@@ -269,7 +270,7 @@ def encoder_options(codec: VideoCodec, crf: int | None, preset: str | None) -> d
                 f"{option('crf')} must be in {low}..{high} for {codec.name}, got {crf}"
             )
     known = preset and preset.strip().lower()
-    if known and known[0].isalpha():  # a sign or a point in a number is no separator
+    if known and known[0].isalpha():  # in a number, a sign or a point is not a separator
         known = _plain(known)
     if known is not None and known not in (codec.presets or ()):
         choices = f"one of {', '.join(codec.presets)}" if codec.presets else "left out"

@@ -19,13 +19,13 @@ from makeup_video.pipeline.media.seek import seek_before, subtitles_on_screen
 from makeup_video.pipeline.media.segment_trim import SegmentTrim
 from makeup_video.pipeline.media.trim import Trim
 
-_INTERLEAVE_SECONDS = 10  # in no file are sound and pictures of one time further apart
+_INTERLEAVE_SECONDS = 10  # no file stores sound and pictures of the same time further apart
 
 
 class StreamCopier(Protocol):
-    """Takes the rest of the input to the output; see Muxer, which is one.
+    """Copies the other streams of the input to the output; Muxer is one implementation.
 
-    strict: losses are errors.  add_dropped: takes a line for each stream or property that the
+    strict: losses are errors.  add_dropped: takes one line for each stream or property that the
     output cannot hold.
     """
 
@@ -40,11 +40,12 @@ class Decoder:
     """Iterates over the frames of `source` from start to end.
 
     start_seconds, end_seconds: counted from where the file begins; None: the whole video.
-    segment: keeps the pictures of a segment instead; no packet of another stream is read.
+    segment: keeps the pictures of one segment instead; packets of other streams are not read.
     threads: of FFmpeg's decoder; 0: FFmpeg's choice.
     muxer: gets every packet of every other stream, in the order of the file, on the same thread.
-    packets: those still unread. Who needs no more frames may go on with these, and then `finish`.
-    After the run `stats` is complete.
+    packets: those not read yet. A caller that needs no more frames may read these itself, and then
+    call `finish`.
+    stats: complete after the run.
     """
 
     def __init__(
@@ -65,10 +66,10 @@ class Decoder:
         self.trim: Trim[av.VideoFrame] = segment or Trim(
             start, end, source.time_base, source.late_start
         )
-        self._streams = [] if segment is None else [source.video]  # none: all of them
+        self._streams = [] if segment is None else [source.video]  # empty: all of them
         self._base = source.time_base
-        self._last_dts: int | None = None  # of the video's packets that were read
-        self._hides = False  # whether an edit list hides some of them
+        self._last_dts: int | None = None  # of the last video packet that was read
+        self._hides = False  # whether an edit list hides some video packets
         self._context = _decoder_context(source, threads)
         self._times = FrameTimes(source)
         self._account = Account(source, self.trim, self._times)
@@ -122,8 +123,8 @@ class Decoder:
         )
 
     def close(self) -> None:
-        """Read no more. A video that is not read to its end would keep this decoder in memory until
-        Python looks for garbage, since `packets` refers to it."""
+        """Stop reading. If a video is not read to its end, `packets` refers to this decoder and
+        would keep it in memory until Python's garbage collection."""
         self.packets.close()
 
     def _read(self) -> Generator[Any, None, None]:
@@ -167,10 +168,10 @@ class Decoder:
         return bool(packet.dts * packet.time_base >= self.trim.end + by_seconds)
 
     def _is_read_to_end(self) -> bool:
-        """True when the last packet in the index of an mp4 was read, whose end the header knows.
+        """True when the last packet in an mp4's index was read, so that the header's end holds.
 
-        False for fragments, and for a track that begins late and is cut: FFmpeg counts the delay
-        twice there.
+        False for fragmented files. False also for a track that begins late and is cut by an edit
+        list, where FFmpeg counts the delay twice.
         """
         video = self.source.video
         if self._hides and (video.start_time or 0) > 0:
@@ -199,7 +200,7 @@ class Decoder:
     def _kept(
         self, kept: list[tuple[av.VideoFrame, Fraction, Fraction]]
     ) -> Generator[Frame, None, None]:
-        """The frames of pictures that are kept, with their times and durations in the clip."""
+        """The kept pictures as frames, with their times and durations in the clip."""
         base = self._base
         for picture, seconds, duration in kept:
             if not self.stats.frames:
@@ -222,7 +223,7 @@ class Decoder:
             yield Frame(picture, picture.pts, base, ColourTags.of(picture), turn_of(picture))
 
     def _begin(self) -> None:
-        """The time of the first frame is known: all other streams move with it."""
+        """Move all other streams with the first frame, once its time is known."""
         self.muxer.trim(self.trim.start, self.trim.end, self.trim.shift or Fraction(0))
         self._account.begin()
 
@@ -238,7 +239,7 @@ class Decoder:
 
 
 def _track_end(source: VideoSource) -> int | None:
-    """Where the video ends by the index of an mp4, in ticks; None in other containers."""
+    """Where the video ends according to an mp4's header, in ticks; None in other containers."""
     video = source.video
     if "mp4" not in source.container.format.name or not video.duration:
         return None

@@ -1,4 +1,4 @@
-"""What a file promised, and what came out of it."""
+"""Counts what came out of a file, and compares that with what the file promised."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ class DecodeStats:
 
     corrupt_frames: decoded with visible damage.  lost_frames: in the file, but not decodable.
     mended_times: frames without a time, or with one that did not increase.
-    moved: a line where all times move, which loses nothing.
+    moved: one line for each place from which all times move; this loses nothing.
     """
 
     frames: int = 0
@@ -41,9 +41,9 @@ class DecodeStats:
 class Account:
     """Compares what a file promises with what a decoder finds in it.
 
-    times: those of the pictures so far.
-    stats: the decoder counts in them; complete after `close`.
-    beyond_pts: of the first picture after the trim's end, None until it has come.
+    times: the times of the pictures decoded so far.
+    stats: the decoder counts in these; complete after `close`.
+    beyond_pts: time of the first picture after the trim's end; None until that picture has come.
     """
 
     def __init__(self, source: VideoSource, trim: Trim[av.VideoFrame], times: FrameTimes) -> None:
@@ -51,7 +51,7 @@ class Account:
         self.beyond_pts: int | None = None
         self._source, self._trim, self._times = source, trim, times
         self._origin = source.start_seconds
-        self._ends: dict[int, int] = {}  # of the packets read, in ticks of their streams
+        self._ends: dict[int, int] = {}  # by stream: where its packets read so far end, in ticks
 
     def note(self, packet: Any) -> None:
         """Note where a packet of any stream ends."""
@@ -71,7 +71,7 @@ class Account:
         self.stats.moved.append(f"all times: {_in_words(abs(shift))} {why}")
 
     def close(self, jumps: Sequence[tuple[Fraction, Fraction]]) -> None:
-        """Count what was promised and did not come.
+        """Count the frames that the file promised and that did not come.
 
         jumps: see ClockJumps.
         Raises DecodeError when nothing came, and UsageError when the video ends before the trim's
@@ -119,7 +119,7 @@ class Account:
         return sum(not entry.is_discard for entry in source.video.index_entries)
 
     def _ends_early(self) -> bool:
-        """Matroska has no count of frames, but its header declares the length of the file."""
+        """True when a Matroska file is shorter than its header declares; it has no frame count."""
         container = self._source.container
         if "matroska" not in container.format.name or container.duration is None:
             return False
@@ -127,7 +127,7 @@ class Account:
 
     @property
     def _file_end_seconds(self) -> Fraction:
-        """The end of what was read of the file, on its clock."""
+        """Where the packets read so far end, on the file's clock."""
         streams = self._source.container.streams
         ends = [end * streams[index].time_base for index, end in self._ends.items()]
         return max(ends, default=Fraction(0))

@@ -11,7 +11,8 @@ def check_start(source: VideoSource, start_seconds: Fraction | None) -> None:
     """Raises UsageError when the video ends before `start_seconds`.
 
     Seconds count from where a player begins. A container that does not declare its length passes.
-    A header may be wrong, so a video that seems too short is read from the last key frame on.
+    A header may be wrong, so the packets of a video that seems too short are read from its last
+    key frame on.
     """
     length = _length_seconds(source)
     if start_seconds is None or length is None or start_seconds < length:

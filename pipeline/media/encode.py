@@ -28,7 +28,7 @@ _BOTTOM_FIRST = (3, 4)  # FFmpeg's AV_FIELD_BB and AV_FIELD_TB: which field is s
 
 
 class PacketWriter(Protocol):
-    """Takes the encoder's packets to a file; see Muxer and SegmentWriter.
+    """Writes the encoder's packets to a file; see Muxer and SegmentWriter.
 
     format: FFmpeg's name of the output's container.  dropped: one line for each loss.
     """
@@ -51,7 +51,7 @@ class VideoEncoder:
     first_packet_at: when the first packet came, in seconds of Unix time; None before.
     max_pts_error_seconds: the largest distance between a frame's time and the time written.
     headers: the encoder's parameter sets as FFmpeg's extradata, once it is open.
-    After the run `span` is when the first frame begins, and the last one ends, in seconds.
+    span: after the run, when the first frame begins and when the last one ends, in seconds.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class VideoEncoder:
         self._first_pts: int | None = None
         self._last_pts: int | None = None
         self._last_duration = 1
-        self._durations: dict[int, int] = {}  # of the frames in the encoder, by time
+        self._durations: dict[int, int] = {}  # of the frames in the encoder, by pts
         self._is_interlaced = False
 
     def __call__(self, frame: Frame) -> None:
@@ -103,7 +103,7 @@ class VideoEncoder:
         if self._stream is None:
             return
         deadline = time.monotonic() + _STOP_SECONDS
-        for packet in self._encode(None):  # the whole video, when it is shorter than the look-ahead
+        for packet in self._encode(None):  # all packets of a video shorter than the look-ahead
             if self._frames <= _FEW_FRAMES:
                 packet.dts = packet.pts
             self._write(packet)
@@ -134,7 +134,7 @@ class VideoEncoder:
             ) from error
 
     def _ticks(self, frame: Frame, is_same: bool) -> int:
-        """The frame's time in the output's ticks: exact, or the nearest and still increasing.
+        """The frame's time in the output's ticks: exact, or the nearest one that still increases.
 
         is_same: the frame has these ticks already.
         """
@@ -178,7 +178,7 @@ class VideoEncoder:
         context.thread_count = self.threads
         # PyAV's default is slice threads; x264 keeps two cores busier with frame threads
         context.thread_type = "AUTO"
-        # libvpx then counts with every frame's own duration
+        # libvpx then uses every frame's own duration
         context.flags |= Flags.frame_duration
         context.sample_aspect_ratio = self.source.video.sample_aspect_ratio or Fraction(0, 1)
         self._keep_fields(context, frame)
@@ -215,7 +215,7 @@ class VideoEncoder:
     def _keep_hdr(self, frame: Frame) -> None:
         parameters, lost = hdr_parameters(frame.picture, self.codec)
         lost += lost_side_data(frame.picture, self.codec)
-        has_dolby_vision = any(DOLBY_VISION in text for text in lost)  # one line of it is enough
+        has_dolby_vision = any(DOLBY_VISION in text for text in lost)  # one line about it is enough
         self.muxer.dropped += lost + [
             text
             for text in lost_descriptions(self.source)

@@ -5,7 +5,7 @@ from makeup_video.pipeline.media.codecs import CODECS
 
 
 def encoders_found() -> dict[str, str]:
-    """By codec, as `CODECS` names it, the encoder that FFmpeg has for it; missing ones left out."""
+    """FFmpeg's encoder by the codec's name in `CODECS`; codecs without an encoder are left out."""
     return {
         name: codec.encoder
         for name, codec in CODECS.items()

@@ -1,4 +1,4 @@
-"""What several outputs of one video share: each gets its own copies of frames and packets."""
+"""Gives each of several outputs of one video its own copies of frames and packets."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -33,7 +33,7 @@ class CopyFrames:
         ]
 
     def _open(self, frame: Frame) -> None:
-        """FFmpeg's filter `split`, because PyAV itself cannot make a second frame of one memory."""
+        """Set up FFmpeg's filter `split`: PyAV itself cannot make two frames that share memory."""
         self._graph = Graph()
         self._source = self._graph.add_buffer(
             width=frame.width_px,
@@ -51,11 +51,11 @@ class CopyFrames:
 
 
 class CopyToAll:
-    """Takes the packets of a video's other streams to several outputs; see StreamCopier.
+    """Copies the packets of a video's other streams to several outputs; see StreamCopier.
 
-    errors: what ended each output, None where nothing did; such an output gets no more packets. An
-    output that cannot take a packet gets an entry here, and is removed at once: where a disk is
-    full, the others need its room.
+    errors: for each output the error that ended it, or None. An ended output gets no more packets.
+    When an output cannot take a packet, its error is noted here and its file is removed at once: on
+    a full disk the other outputs need the space.
     """
 
     def __init__(self, muxers: Sequence[Muxer], errors: list[Exception | None]) -> None:
@@ -74,18 +74,18 @@ class CopyToAll:
         for index, muxer in enumerate(self._muxers):
             if self._errors[index] is None:
                 try:
-                    # PyAV cannot set this flag of the copy
+                    # passed separately, since PyAV cannot set is_discard on the copy
                     muxer.copy(copy_of(packet), is_hidden=packet.is_discard)
-                except Exception as error:  # noqa: BLE001  # as in FanOut, it ends this output
+                except Exception as error:  # noqa: BLE001  # as in FanOut, ends this output only
                     self._errors[index] = self._errors[index] or error
                     muxer.abort()
 
 
 def copy_of(packet: Any) -> Any:
-    """A packet of the same stream with the same content, times and side data, and the flags of key
+    """A copy of a packet, with its stream, content, times and side data, and with its flags for key
     frames and damage.
 
-    Muxers change a packet's stream and its times.
+    Each output needs its own copy, since muxers change a packet's stream and its times.
     """
     copy = av.Packet(packet.size)  # with the padding that decoders need
     if packet.size:

@@ -7,7 +7,7 @@ import av
 from makeup_video.pipeline.media.input_file import VideoSource
 
 _LONGEST_SECONDS = 2**52  # no video lasts that long; in milliseconds it still fits into 64 bits
-_LITTLE_SECONDS = 1  # what is further behind begins a clock anew
+_LITTLE_SECONDS = 1  # a time further behind than this means that the clock has begun anew
 
 
 def has_guessed_times(source: VideoSource) -> bool:
@@ -25,12 +25,12 @@ def has_guessed_times(source: VideoSource) -> bool:
 def until_next(
     pictures: Iterable[tuple[av.VideoFrame, int]], end: int | None, stays: Callable[[], bool]
 ) -> Iterator[tuple[av.VideoFrame, int, int]]:
-    """(picture, time, duration) of pictures in order of time, none shown beyond the next one.
+    """(picture, time, duration) in order of time; no picture lasts beyond the next one's time.
 
-    mp4 stores durations in the order of decoding, so FFmpeg may give the length of a picture that
-    stands still to another one.
-    end: of the last picture; None: where its own duration ends.  stays: asked behind the last one,
-    whether it lasts until `end` in any case.
+    mp4 stores durations in the order of decoding, so FFmpeg may give the duration of a still
+    picture to another one.
+    end: where the last picture ends at the latest; None: where its own duration ends.  stays:
+    called after the last picture; True: that picture lasts until `end` in any case.
     """
     held: tuple[av.VideoFrame, int] | None = None
     for picture, pts in pictures:
@@ -56,7 +56,7 @@ class FrameTimes:
         # in ticks, since fractions for every picture would take several times as long
         self._longest = math.floor(_LONGEST_SECONDS / source.time_base)
         self._little = math.floor(_LITTLE_SECONDS / source.time_base)
-        self._own: int | None = None  # what the file gives for the last picture
+        self._own: int | None = None  # the last picture's time as the file gives it
         self.mended = 0
         self.last_pts: int | None = None
         self.last_duration = 1
@@ -81,10 +81,11 @@ class FrameTimes:
         return int(pts)
 
     def _step(self, last: int, pts: int | None) -> int:
-        """From the last picture's time to that of one whose own time does not increase.
+        """The step from the last picture's time to a picture whose own time does not increase.
 
-        Where the file's own times go on a little behind, half of their step: the mended ones are
-        ahead, and would stay so where pictures last longer than the file's steps.
+        Usually that is the last duration. But where the file's own times still increase, a little
+        behind the mended times, it is at most half of the file's step. Otherwise the mended times
+        would stay ahead where pictures last longer than the file's steps.
         """
         if pts is None or self._own is None or pts <= self._own or last - pts > self._little:
             return self.last_duration

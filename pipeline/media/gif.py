@@ -1,6 +1,6 @@
-"""Tells GIFs that show through from those that do not: GIF89a, sections 20 to 23.
+"""Tells transparent GIFs from opaque ones: GIF89a, sections 20 to 23.
 
-FFmpeg gives the pictures of every GIF transparency.
+FFmpeg decodes every GIF to pictures with transparency, so its pixel format does not tell.
 """
 
 from collections.abc import Iterator
@@ -9,15 +9,15 @@ from typing import IO, Any
 
 import av
 
-_HEAD = 10  # bytes before the flags of the screen
+_HEAD = 10  # bytes before the flags of the logical screen
 _EXTENSION, _CONTROL, _PICTURE, _END = b"\x21", b"\xf9", b"\x2c", b"\x3b"
-_STAYS = (0, 1)  # ways to go on from a picture: not said, and drawing the next one over it
+_STAYS = (0, 1)  # disposal methods: unspecified, and drawing the next picture over this one
 
 
 def is_opaque(path: Path, container: Any) -> bool:
     """True when the first picture is opaque and all others are drawn over what is there.
 
-    container: the GIF, opened for this alone.  A damaged GIF counts as transparent.
+    container: the GIF, opened only for this check.  A damaged GIF counts as transparent.
     """
     try:
         first = next(container.decode(container.streams.video[0]), None)
@@ -32,14 +32,15 @@ def is_opaque(path: Path, container: Any) -> bool:
 def _disposals(file: IO[bytes]) -> Iterator[int]:
     """The disposal method of each picture that declares one.
 
-    Raises IndexError at a cut, and for another GIF behind this one, which FFmpeg decodes as well.
+    Raises IndexError where the file is cut short, and when another GIF follows this one, which
+    FFmpeg would decode as well.
     """
     file.seek(_HEAD)
     _skip_colours(file, file.read(3)[0])
     while (kind := file.read(1)) in (_EXTENSION, _PICTURE):
         if kind == _PICTURE:
             _skip_colours(file, file.read(9)[8])
-            file.seek(1, 1)  # the size of its codes
+            file.seek(1, 1)  # the least size of the picture's LZW codes
         elif file.read(1) == _CONTROL:
             yield file.read(2)[1] >> 2 & 7
             file.seek(-2, 1)

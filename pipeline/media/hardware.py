@@ -1,8 +1,8 @@
 """Encoders on graphics chips: which kinds there are, and which of them work on this machine.
 
-FFmpeg lists an encoder when it was built with it, whether or not the chip and its driver are there.
-So each is tried with one frame. The module is imported for the command's help text, so it loads no
-large library.
+FFmpeg lists every encoder that it was built with, whether or not the chip and its driver are there.
+So each encoder is tried with one frame. The module is imported for the command's help text, so it
+loads no large library.
 """
 
 from collections.abc import Callable, Iterator
@@ -12,7 +12,7 @@ from makeup_video.pipeline.errors import EncodeError, UsageError, option, reason
 from makeup_video.pipeline.media.codecs import CODECS, VideoCodec, encoder_options
 
 NONE, AUTO = "none", "auto"
-_CRF_RANGE = (0, 51)  # of the codecs whose scale of quality these encoders share
+_CRF_RANGE = (0, 51)  # these encoders share the quality scale of the codecs with this range
 _TRIED_WH = (1280, 720)
 _LAMBDA = 118  # FFmpeg's FF_QP2LAMBDA: its generic quality counts in these units
 _EIGHT_BITS, _TEN_BITS = ("yuv420p", "nv12"), ("yuv420p10le", "p010le")
@@ -21,8 +21,9 @@ _EIGHT_BITS, _TEN_BITS = ("yuv420p", "nv12"), ("yuv420p10le", "p010le")
 class Hardware(NamedTuple):
     """The encoders of one interface to graphics chips. FFmpeg calls them CODEC_NAME.
 
-    name: as users choose it.  presets, preset, options: as in VideoCodec.
-    device: FFmpeg's type of the device that pictures are sent to; None: the encoder sends them.
+    name: the one that users choose.  presets, preset, options: as in VideoCodec.
+    device: FFmpeg's type of the device that pictures are sent to; None: the encoder itself sends
+    them.
     """
 
     name: str
@@ -33,7 +34,8 @@ class Hardware(NamedTuple):
 
 
 # In the order in which `auto` tries them. The options ask for a constant quality near that of the
-# software encoder at the same crf, and a quality of 0 means "choose one" to some, so 1 is the best.
+# software encoder at the same crf. For some encoders a quality of 0 means "choose one", so the best
+# is 1.
 HARDWARE = {
     hardware.name: hardware
     for hardware in (
@@ -65,8 +67,8 @@ HARDWARE = {
 class EncoderNeeds(NamedTuple):
     """What a video needs of an encoder.
 
-    size_wh, pix_fmt: of the pictures.  crf, preset: as asked for, None: the default.
-    depth: bits a sample; None: those usual for the codec.  interlaced: the video has fields.
+    size_wh, pix_fmt: of the pictures.  crf, preset: the user's choice; None: the default.
+    depth: bits per sample; None: as usual for the codec.  interlaced: the video has fields.
     """
 
     size_wh: tuple[int, int]
@@ -87,10 +89,10 @@ def check_hardware(name: str) -> None:
 
 
 def pick_encoder(codec: VideoCodec, name: str, wanted: EncoderNeeds) -> tuple[VideoCodec, str]:
-    """The codec with the encoder to use, and a line about the choice; "" where none was asked for.
+    """The codec with the encoder to use, and a line about the choice; "" when name is "none".
 
-    name: "none", "auto" for the first encoder that works and else the codec's own, or one of
-    HARDWARE.  Raises UsageError and EncodeError when the one that was named cannot do it.
+    name: "none"; or "auto" for the first encoder that works, else the codec's own; or one of
+    HARDWARE.  Raises UsageError or EncodeError when a named encoder cannot encode the video.
     """
     if name == NONE:
         return codec, ""
@@ -98,7 +100,7 @@ def pick_encoder(codec: VideoCodec, name: str, wanted: EncoderNeeds) -> tuple[Vi
     for hardware in HARDWARE.values() if name == AUTO else [HARDWARE[name]]:
         row = on_hardware(codec, hardware)
         if row is None:
-            if name != AUTO:  # what FFmpeg lacks is no news where nothing was named
+            if name != AUTO:  # with auto, an encoder that FFmpeg lacks is not worth a line
                 reasons.append(
                     f"{hardware.name}: this FFmpeg has no {_encoder_of(codec, hardware)}"
                 )
@@ -148,7 +150,7 @@ def _encoder_of(codec: VideoCodec, hardware: Hardware) -> str:
 
 
 def hardware_found() -> Iterator[tuple[str, str]]:
-    """By name in HARDWARE, the encoders that work on this machine."""
+    """Pairs of a name in HARDWARE and its encoders that work on this machine."""
     for hardware in HARDWARE.values():
         rows = [on_hardware(codec, hardware) for codec in CODECS.values()]
         wanted = EncoderNeeds(_TRIED_WH, _EIGHT_BITS[0])
@@ -160,7 +162,7 @@ def hardware_found() -> Iterator[tuple[str, str]]:
 def _why_not(row: VideoCodec, wanted: EncoderNeeds, *, is_named: bool) -> str:
     """Why this encoder cannot encode the video; "" when it can.
 
-    is_named: a preset or depth that it lacks is the user's error, and raises UsageError.
+    is_named: the user named this encoder, so a preset or depth that it lacks raises UsageError.
     """
     from makeup_video.pipeline.media.pixel_format import pick_pix_fmt
 

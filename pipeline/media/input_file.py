@@ -27,10 +27,10 @@ _FORMATS = (
 # begun by then, as in broadcasts, the file is opened again with these limits.
 _LOOK_FURTHER = {
     "analyzeduration": str(100 * 1_000_000),  # microseconds
-    "probesize": str(50 * 1_000_000),  # bytes, which it keeps in memory
+    "probesize": str(50 * 1_000_000),  # bytes, which FFmpeg keeps in memory
 }
 _STREAM_LINE = re.compile(r"^ *Stream #0:(\d+)\S*: (\w+): ([^\s,]+)", re.MULTILINE)
-logging.getLogger("libav").addHandler(logging.NullHandler())  # else Python prints its warnings
+logging.getLogger("libav").addHandler(logging.NullHandler())  # else Python prints PyAV's warnings
 _FREE_CLOCKS = "mpegts", "mpeg"  # containers whose clock may begin at any time
 _FAKE_RATE = 240  # FFmpeg guesses rates such as 1000 or 90000 for files of variable frame rate
 
@@ -41,7 +41,7 @@ class VideoSource:
 
     rate: frames per second for display and rate control, never for times.
     expected_frames: the container's count, for progress; None when it declares none.
-    has_alpha: the video has transparency.  is_opaque: its pixel format has, and no picture does.
+    has_alpha: the video has transparency.  is_opaque: its pixel format has, but no picture uses it.
     tags: the container's colour tags, for frames that have none of their own.
     """
 
@@ -53,15 +53,17 @@ class VideoSource:
     has_alpha: bool
     is_opaque: bool
     tags: ColourTags
-    _taken: dict[int, object] = field(default_factory=dict, repr=False)  # by stream, a decoder
+    # by stream index: a mark of the caller that got the stream's own decoder
+    _taken: dict[int, object] = field(default_factory=dict, repr=False)
     _reopened: list[Any] = field(default_factory=list, repr=False)
 
     def decoder_of(self, stream: Any) -> Any:
-        """Return a decoder of one of the file's streams, for one output alone, as it keeps a state.
+        """Return a decoder for one of the file's streams, to be used for one output only.
 
-        Several outputs of one run convert the same packets, each with a decoder of its own. The
-        first call returns the stream's own decoder, each later one that of the file opened again.
-        Any thread may call this. Raises InputError where the file cannot be opened again.
+        Several outputs of one run convert the same packets. A decoder keeps a state, so each output
+        needs its own. The first call returns the stream's own decoder; each later call opens the
+        file again. Any thread may call this. Raises InputError where the file cannot be opened
+        again.
         """
         mine = object()
         if self._taken.setdefault(stream.index, mine) is mine:
@@ -83,8 +85,8 @@ class VideoSource:
     def start_seconds(self) -> Fraction:
         """Where a player begins: the first time of sound or picture, exact.
 
-        In the recording of a broadcast that may be any time of the day, also before 0, where the
-        clock wraps. In other files players do not show what lies before 0.
+        In the recording of a broadcast that may be any time, even one before 0 where the clock
+        wraps. In other files players do not show what lies before 0.
         """
         starts = [
             stream.start_time * stream.time_base
@@ -98,11 +100,11 @@ class VideoSource:
 
     @property
     def late_start(self) -> Fraction:
-        """What is subtracted from all times of an MPEG stream whose clock begins late, in seconds:
-        a whole number of ticks of the video; 0 for a clock that begins within a second of 0.
+        """Seconds to subtract from all times of an MPEG stream whose clock begins late.
 
-        The clock of such a stream may say anything. In mp4 a late start becomes an empty edit,
-        which players wait through. Where another container begins late, that is meant.
+        A whole number of the video's ticks; 0 for a clock that begins before 1 s.
+        The clock of an MPEG stream may begin anywhere. Without this, a late start would become an
+        empty edit in mp4, which players wait through. In other containers a late start is intended.
         """
         start = self.start_seconds
         is_late = start >= 1 and self.has_free_clock
@@ -171,7 +173,7 @@ def _lacks_index(path: Path) -> bool:
 
 
 def _begins_as_png(path: Path) -> bool:
-    """True for a PNG, where FFmpeg finds the mark of an animation in the first 2 kB alone."""
+    """True for a PNG: FFmpeg by itself sees an animation only if its mark is in the first 2 kB."""
     try:
         with path.open("rb") as file:
             return file.read(len(PNG_MARK)) == PNG_MARK
@@ -191,7 +193,7 @@ def packets_of(container: Any, *streams: Any) -> Generator[Any, None, None]:
     try:
         yield from container.demux(streams or list(container.streams))
     except IndexError:
-        return  # at the end PyAV 18 stumbles over streams that have appeared since; all is read
+        return  # after the last packet PyAV 18 fails on streams that appeared since opening
 
 
 def late_streams(container: Any) -> list[str]:
@@ -212,7 +214,7 @@ def late_streams(container: Any) -> list[str]:
 
 
 def open_video(path: Path) -> VideoSource:
-    """Open a file and choose the video to paint: the best one that is no cover art.
+    """Open a file and choose the video to paint: the best one that is not cover art.
 
     Raises InputError, or DecodeError when the file has no video.
     """

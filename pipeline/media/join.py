@@ -1,4 +1,4 @@
-"""Joins painted segments and the source's other streams to one video, without encoding again."""
+"""Joins painted segments and the source's other streams into one video, without re-encoding."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -17,7 +17,7 @@ _READ_AHEAD = 32
 
 
 def first_frame(decoder: Decoder, *, compare: bool) -> Frame:
-    """The video's first frame, as the encoder gets it but for the makeup.
+    """The video's first frame as the encoder gets it, but without makeup.
 
     All segments open their encoder with this frame, so that their parameter sets are the same.
     Raises as Decoder.frames does.
@@ -31,15 +31,15 @@ def first_frame(decoder: Decoder, *, compare: bool) -> Frame:
 class Join:
     """One output of many segments.
 
-    decoder: of the source, unread; it gives the other streams to `muxer`.  encoder: with the
-    settings of all segments. It writes the header of the output, and encodes nothing.
+    decoder: the source's, with nothing read yet; it gives the other streams to `muxer`.
+    encoder: has the settings of all segments. It writes the output's header and encodes nothing.
     """
 
     def __init__(self, decoder: Decoder, encoder: VideoEncoder, muxer: Muxer) -> None:
         self._decoder, self._encoder, self._muxer = decoder, encoder, muxer
 
     def begin(self, *, compare: bool) -> None:
-        """Open the output, which shows what is lost before any segment is painted.
+        """Open the output. This shows what would be lost before any segment is painted.
 
         Raises as a run without segments does.
         """
@@ -52,10 +52,11 @@ class Join:
         self._encoder.open(frame)
 
     def finish(self, files: Sequence[SegmentFile]) -> None:
-        """Write all packets in the order of the source's, and give the output its name.
+        """Write all packets in the source's order, and give the output its name.
 
-        The files are removed as they are read. The decoder's counts are those of all segments.
-        Raises EncodeError when the segments do not fit together, OutputError.
+        Each segment's file is removed once it has been read. The decoder's stats must already hold
+        the counts of all segments.
+        Raises EncodeError when the segments do not fit together, and OutputError.
         """
         for file in files:
             if file.headers != self._encoder.headers:
@@ -86,7 +87,7 @@ class Join:
         packet = next(painted, None)
         if packet is not None:
             self._muxer.write(packet)
-        else:  # of a part of a video: what is left of the file need not be read
+        else:  # after the last packet of an excerpt, the rest of the file need not be read
             self._decoder.trim.is_past_end = self._decoder.trim.end is not None
 
 
@@ -103,9 +104,9 @@ def _timed_packets(files: Sequence[SegmentFile]) -> Iterator[Any]:
 def decoding_times(files: Sequence[SegmentFile]) -> Iterator[int]:
     """The decoding time of each packet, in ticks: as one encoder would give them.
 
-    x264 and x265 let a packet be decoded when the picture `delay` places before it is shown. Each
-    encoder begins with times made up for the first `delay` packets; of those only the video's own
-    first ones stay.
+    With x264 and x265 a packet is decoded when the picture `delay` places before it is shown. Each
+    segment's encoder makes up times for its first `delay` packets. Here only the video's first
+    `delay` packets get such times.
     """
     shown = sorted(time.pts for file in files for time in file.times)
     delay = max(map(_delay, files))

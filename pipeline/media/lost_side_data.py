@@ -16,7 +16,7 @@ _MONO, _UNNUMBERED = 0, (5, 8)
 
 
 def lost_side_data(picture: av.VideoFrame, codec: VideoCodec) -> list[str]:
-    """What an output of this codec cannot keep of a picture's side data, but for HDR."""
+    """What an output of this codec cannot keep of a picture's side data, apart from HDR."""
     lost = []
     if not codec.captions and side_data(picture, "A53_CC") is not None:
         others = codecs_with(lambda other: other.captions)
@@ -29,6 +29,6 @@ def lost_side_data(picture: av.VideoFrame, codec: VideoCodec) -> list[str]:
 
 
 def _loses_stereo(data: bytes | None, codec: VideoCodec) -> bool:
-    """data: FFmpeg's AVStereo3D, which begins with how the views are packed; None for none."""
+    """data: FFmpeg's AVStereo3D, whose first field says how the views are packed; or None."""
     kind = _MONO if data is None else int.from_bytes(data[:4], sys.byteorder)
     return kind != _MONO and (not codec.stereo or kind in _UNNUMBERED)

@@ -1,8 +1,8 @@
 """Writes the display size of a video into the header of a finished Matroska or WebM file.
 
 FFmpeg's muxer takes the shape of non-square pixels from a field that PyAV 18 cannot set, so without
-this an anamorphic clip comes out squeezed. The muxer leaves a gap (a Void element) behind its seek
-table: Info and Tracks move a few bytes into it, and nothing behind them has to move.
+this an anamorphic clip comes out squeezed. The muxer leaves a gap (a Void element) after its seek
+table. Info and Tracks grow into this gap, so nothing after them has to move.
 Element ids and layout: RFC 8794 (EBML) and RFC 9559 (Matroska).
 """
 
@@ -18,7 +18,7 @@ _SEGMENT, _SEEK_HEAD, _SEEK, _SEEK_POSITION = (
 _VOID, _CRC, _TRACKS = b"\xec", b"\xbf", b"\x16\x54\xae\x6b"
 _ENTRY, _NUMBER, _VIDEO = b"\xae", b"\xd7", b"\xe0"
 _DISPLAY_WIDTH, _DISPLAY_HEIGHT, _DISPLAY_UNIT = b"\x54\xb0", b"\x54\xba", b"\x54\xb2"
-_RATIO = 3  # of the units of a display size
+_RATIO = 3  # the display unit that makes the two numbers an aspect ratio
 _HEADER_BYTES = 1 << 20  # Tracks is near the beginning; this holds the codec headers of many tracks
 
 
@@ -33,7 +33,7 @@ class Element:
 
 
 def set_display_size(path: Path, track_number: int, shown: tuple[int, int] | Fraction) -> bool:
-    """Show Matroska's track `track_number` (1 is the first) at a size, or in a ratio of both sides.
+    """Show Matroska's track `track_number` (1 is the first) at a size, or at an aspect ratio.
 
     shown: (width, height) in pixels, or width / height.
     Only the header of the file changes, in place. False when it has no room for the change.
@@ -54,7 +54,7 @@ def set_display_size(path: Path, track_number: int, shown: tuple[int, int] | Fra
         new_tracks = _element(_TRACKS, _with_size(data, tracks, track_number, _size_fields(shown)))
         grown = len(new_tracks) - (tracks.end - tracks.start)
         gap = void.end - void.start - grown
-        if gap < 9:
+        if gap < 9:  # a Void's id and its size of 8 bytes
             return False
         moved = bytes(data[void.end : tracks.start])
         data[void.start : tracks.end] = _void(gap) + moved + new_tracks
@@ -137,7 +137,7 @@ def _length(first_byte: int) -> int:
 
 def _element(identifier: bytes, content: bytes) -> bytes:
     if len(content) > 126:
-        size = (len(content) | 1 << 56).to_bytes(8)  # as long as the muxer writes it
+        size = (len(content) | 1 << 56).to_bytes(8)  # in 8 bytes, as the muxer writes it
     else:
         size = bytes([len(content) | 128])
     return identifier + size + content

@@ -19,12 +19,12 @@ class Box(NamedTuple):
 
 
 def whole_file(path: Path) -> Box:
-    """The file itself as the box of those at its top."""
+    """The file itself, as the box that holds the boxes at its top level."""
     return Box(b"", 0, path.stat().st_size)
 
 
 def boxes_in(file: IO[bytes], outer: Box) -> Iterator[Box]:
-    """The boxes in another one, one after the other. Damaged ones end the walk."""
+    """The boxes in another box, in order. A damaged box ends the walk."""
     at = outer.begin
     while at + 8 <= outer.end:
         file.seek(at)
@@ -41,7 +41,7 @@ def boxes_in(file: IO[bytes], outer: Box) -> Iterator[Box]:
 
 
 def boxes_at(file: IO[bytes], outer: Box, *names: bytes) -> Iterator[Box]:
-    """All boxes with a path of names, such as b"moov", b"trak", within another one."""
+    """All boxes at a path of names, such as b"moov", b"trak", within another box."""
     first, *rest = names
     for box in boxes_in(file, outer):
         if box.name == first:

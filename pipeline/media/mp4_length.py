@@ -17,7 +17,7 @@ class TrackLength:
         self._end: int | None = None  # of the picture shown last; all in ticks of the packets
 
     def __call__(self, packet: Any) -> list[Any]:
-        """The packet before this one, in the order of decoding; none before the first."""
+        """Take a packet and return the one decoded before it, if any."""
         if packet.dts is None:  # FFmpeg's muxer finds the decoding times
             return [packet]
         end = packet.pts + packet.duration
@@ -30,8 +30,9 @@ class TrackLength:
     def finish(self) -> list[Any]:
         """The last packet, lengthened where the track would be too short.
 
-        It lasts no longer than the video: the headers count to the end of each picture. What is
-        then still missing moves its decoding time, at most to where it is shown.
+        Its picture ends no later than the video, since headers count up to the end of each picture.
+        If the track is then still too short, the packet's decoding time moves later, at most to the
+        time at which its picture is shown.
         """
         packet, self._held = self._held, None
         if packet is None or self._end is None:

@@ -5,8 +5,8 @@ from typing import IO
 
 from makeup_video.pipeline.media.mp4_boxes import Box, boxes_at, whole_file
 
-_SUBTITLES = (b"sbtl", b"subt", b"text")  # handlers of tracks
-_KIND_AT = 8  # of the handler, in its box
+_SUBTITLES = (b"sbtl", b"subt", b"text")  # handlers of subtitle tracks
+_KIND_AT = 8  # place of the handler's kind in its box
 _FLAGS_AT = 3  # the last byte of a track header's flags
 _ENABLED = 1
 
@@ -14,7 +14,7 @@ _ENABLED = 1
 def hide_subtitles(path: Path) -> None:
     """Switch off every track of subtitles.
 
-    FFmpeg's muxer switches on the first one where none is to be shown unasked.
+    FFmpeg's muxer switches on the first one even where none is to be shown unasked.
     """
     with path.open("r+b") as file:
         for track in boxes_at(file, whole_file(path), b"moov", b"trak"):

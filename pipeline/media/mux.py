@@ -24,7 +24,7 @@ from makeup_video.pipeline.media.transcode import AudioConverter
 from makeup_video.pipeline.media.verify import SentStream, missing_from, sent_stream
 
 T = TypeVar("T")
-# System error numbers with which FFmpeg reports a packet's content.
+# System error numbers with which FFmpeg reports bad content of a packet.
 _OF_CONTENT = {errno.EINVAL, errno.ERANGE, errno.EDOM, errno.ENOSYS}
 
 
@@ -32,18 +32,18 @@ class Muxer:
     """One output file. `copy` and `write` may be called from different threads.
 
     The file grows as NAME.part.EXT beside the target and gets its name once it is whole.
-    dropped: what the container cannot hold, by name.  converted: what changes its codec.
-    hardly_played: what few players can play in this container.
+    dropped: one line for each loss.  converted: one line for each stream that changes its codec.
+    hardly_played: streams that few players can play in this container.
     skipped_packets: damaged packets of other streams that no muxer or decoder takes.
-    video_packets: those of the encoder so far.  bytes_out: size of the file, once it is whole.
-    is_finished: the file is closed and was given its name, or was left under that of its part.
+    video_packets: packets of the painted video so far.  bytes_out: the file's size, once whole.
+    is_finished: the file is closed, and has its final name or stays under the name of the part.
     """
 
     def __init__(self, target: OutputFile, container_format: str, *, strict: bool = False) -> None:
         self.target, self.part = target, target.part
         self.format, self.strict = container_format, strict
         self.dropped: list[str] = []
-        self._dropped_by_container: list[str] = []  # Matroska may hold it
+        self._dropped_by_container: list[str] = []  # Matroska may hold these
         self.converted: list[str] = []
         self.hardly_played: list[str] = []
         self.bytes_out = 0
@@ -62,12 +62,12 @@ class Muxer:
         self._last_dts: dict[int, int] = {}  # of the packets copied, by stream of the source
         self._begun: set[int] = set()  # other video tracks that had a key frame
         self._headless: set[str] = set()
-        # packets that come before the header, and whether they are hidden; then None
+        # packets that came before the header, and whether each is hidden; None after the header
         self._waiting: list[tuple[Any, bool]] | None = []
         self._lock = threading.Lock()
 
     def add_dropped(self, lines: Sequence[str]) -> None:
-        """Note what is lost. A strict run refuses it when the output is opened or finished."""
+        """Note losses. A strict run refuses them when the output is opened or finished."""
         self.dropped += lines
 
     # -- opening -------------------------------------------------------------------------------
@@ -115,7 +115,7 @@ class Muxer:
         video.metadata.update(self._tags(source.video, source))
         video.disposition = source.video.disposition
         self._shown_wh = shown_wh(video, source)
-        # Matroska counts its tracks from 1, and attachments are none
+        # Matroska counts its tracks from 1, and attachments are not tracks
         self._video_number = sum(s.type != "attachment" for s in self._container.streams)
 
     def _tags(self, holder: Any, source: VideoSource) -> dict[str, str]:
@@ -177,10 +177,10 @@ class Muxer:
             return
         stream, convert = route
         if packet.stream.name == "mov_text" and packet.size <= 2:
-            return  # an empty title that fills a gap; the muxer makes its own
+            return  # an empty subtitle that fills a gap; the muxer makes its own
         packets: Iterable[Any] = [packet]
         if not isinstance(convert, AudioConverter) and self._goes_back(packet) and is_hidden:
-            return  # between two edits: no muxer takes it, while a converter's decoder needs it
+            return  # between two edits: only a converter's decoder needs it, and no muxer takes it
         if convert is not None:
             packets = self._unless_damaged(convert, packet)
         elif self.format in MATROSKA and is_hidden and _is_before_0(packet):
@@ -197,7 +197,7 @@ class Muxer:
         return last is not None and packet.dts <= last
 
     def _is_undecodable(self, packet: Any) -> bool:
-        """True for what a cut leaves of another video track before its first key frame."""
+        """True for packets of another video track between the excerpt's start and a key frame."""
         stream = packet.stream
         if self._clip.start is None or stream.type != "video" or is_cover(stream):
             return False
@@ -214,12 +214,12 @@ class Muxer:
             self._unless_damaged(self._mux, stream, packet)
 
     def _unless_damaged(self, work: Callable[..., T], *arguments: Any) -> T | list[Any]:
-        """What `work` returns. A damaged packet, which `work` refuses, is counted and skipped."""
+        """Return what `work` returns; a damaged packet, which `work` refuses, counts as skipped."""
         try:
             return work(*arguments)
         except av.FFmpegError as error:
             if is_of_the_system(error) and error.errno not in _OF_CONTENT:
-                raise  # of disk or memory
+                raise  # an error of disk or memory
             self.skipped_packets += 1
             return []
 
@@ -258,13 +258,13 @@ class Muxer:
                 self.target.leave()
             else:
                 self._refuse_loss()
-                self.dropped += sorted(self._headless)  # as sound is cut at packets: no loss
+                self.dropped += sorted(self._headless)  # no loss: sound is cut at packets, too
                 self._check_written()
                 self.target.keep()
             self.is_finished = True
 
     def _check_written(self) -> None:
-        """Read the file back: one that lost something does not get the output's name."""
+        """Read the file back. A file that lost something does not get the output's name."""
         sent = list(self._sent.values())
         missing = missing_from(self.target.own_path, self.format, sent, len(self._covers))
         if missing is not None:
@@ -276,7 +276,7 @@ class Muxer:
             )
 
     def _hides_subtitles(self) -> bool:
-        """True for an mp4 or mov none of whose subtitles are to be shown unasked."""
+        """True for an mp4 or mov with subtitles, none of which is to be shown unasked."""
         shown = [s.disposition & Disposition.default for s in self._container.streams.subtitles]
         return self.format not in MATROSKA and bool(shown) and not any(shown)
 
@@ -289,7 +289,7 @@ class Muxer:
     def abort(self) -> None:
         """Close and remove what was written. Never raises: it runs after another error.
 
-        The other thread may be about to write: it then gets an error.
+        If another thread is about to write, it gets an error.
         """
         with self._lock:
             if self._container is not None:
@@ -300,8 +300,10 @@ class Muxer:
 
 
 def _is_before_0(packet: Any) -> bool:
-    """True for sound before 0, which Matroska would play: it has no edit lists that hide sound. The
-    packet before 0 stays, since a decoder needs it to get going."""
+    """True for sound before 0, which Matroska would play, since it has no edit lists to hide sound.
+
+    False for the last packet before 0, since a decoder needs it to get going.
+    """
     if packet.stream.type != "audio" or packet.pts is None:
         return False
     return bool(packet.pts + 2 * (packet.duration or 0) <= 0)

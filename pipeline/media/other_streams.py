@@ -31,7 +31,7 @@ class OtherStreams:
 
     container: the output.  first_packets: those that came before the output was opened.
     dropped, converted: one line for each stream that is left out, or changes its codec.
-    hardly_played: one line for each stream that is copied, and that few players can play there.
+    hardly_played: one line for each copied stream that few players can play in the container.
     converters: to be flushed at the end.
     """
 
@@ -54,7 +54,7 @@ class OtherStreams:
         return self._routes.get(index)
 
     def add(self, stream: Any) -> Any | None:
-        """Add a stream of the source and return the output's; None when packets need no stream."""
+        """Add a stream of the source and return the output's; None when the output gets none."""
         if is_implied(stream, self._source):
             return None
         if is_cover(stream) and self._format == "matroska":
@@ -84,7 +84,7 @@ class OtherStreams:
         return added
 
     def _add_converted(self, stream: Any) -> Any | None:
-        """None when the container has no codec for such a stream."""
+        """Add the stream in another codec; None when the container has none for such a stream."""
         if stream.codec_context is None or is_cover(stream):
             return None
         codec: str | None

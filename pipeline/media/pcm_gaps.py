@@ -1,6 +1,6 @@
-"""Silence in place of gaps in PCM sound, for containers that count its samples.
+"""Fills gaps in PCM sound with silence, for containers that only count its samples.
 
-mp4 and mov give PCM no times: a gap would move all that follows to an earlier time.
+mp4 and mov store no times for PCM, so a gap would make all later sound play too early.
 """
 
 import re
@@ -12,14 +12,14 @@ import av
 
 _LEAST_SECONDS = Fraction(1, 20)  # shorter ones may be the rounding of some container's clock
 _LINEAR = re.compile(r"pcm_[suf](\d+)[lb]?e?$")
-_IN_MP4 = ("ipcm", "fpcm")  # names of its codecs (ISO/IEC 23003-5); mov has others
+_IN_MP4 = ("ipcm", "fpcm")  # mp4's names for PCM (ISO/IEC 23003-5); mov has others
 _LOGARITHMIC = {"pcm_alaw": 0xD5, "pcm_mulaw": 0xFF}  # silence in a byte (ITU-T G.711)
 
 
 class FillPcmGaps:
-    """A packet -> that packet, after silence for the time since the end of what was written.
+    """Yields each packet, after silence for any gap since the end of the packet before.
 
-    stream: of the source; see `has_pcm`.
+    stream: the source's stream; see `has_pcm`.
     """
 
     def __init__(self, stream: Any) -> None:
@@ -46,7 +46,7 @@ class FillPcmGaps:
     def _silent(self, packet: Any, begins: Fraction, ends: Fraction) -> Iterator[Any]:
         left = round((ends - begins) * self._rate)
         while left > 0:
-            samples = min(left, self._rate)  # a second at once
+            samples = min(left, self._rate)  # at most a second per packet
             silent = av.Packet(bytes([self._middle]) * (samples * self._bytes))
             silent.time_base = packet.time_base
             silent.pts = silent.dts = round(begins / packet.time_base)
@@ -63,5 +63,5 @@ def has_pcm(stream: Any) -> bool:
 
 
 def is_pcm_of_mp4(stream: Any) -> bool:
-    """True for PCM as mp4 names it: its owner presumably has a player for it."""
+    """True for PCM with mp4's names: whoever has such a file presumably has a player for it."""
     return stream.codec_context.codec_tag in _IN_MP4

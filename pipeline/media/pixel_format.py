@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 # Pixel formats whose 16-bit words have room for more than the bits of a sample.
 _ROOMY = re.compile(r"(yuva?\d{3}p|gbra?p|gray)(9|10|12|14)le")
-# One plane, or a second one of transparency ("ya"): integers or floats, of 8 bits without a number.
+# Grey, or grey with transparency ("ya"): integers or floats; 8 bits where the name has no number.
 _GREY = re.compile(r"(gray|ya)f?(\d*)(?:[lb]e)?")
 
 
@@ -32,10 +32,10 @@ def bits_of(pix_fmt: str) -> int:
 
 
 def pick_pix_fmt(source: str, codec: VideoCodec, depth: int | None = None) -> str:
-    """The pixel format that the codec takes and that loses least of the source's.
+    """Of the pixel formats that the codec takes, the one that loses least of the source.
 
-    depth: bits per sample; None: those usual for the codec. Raises UsageError for a depth that the
-    codec does not have.
+    source: the source's pixel format.  depth: bits per sample; None: as usual for the codec.
+    Raises UsageError for a depth that the codec does not have.
     """
     wanted = depth or codec.depth
     fitting = [name for name in codec.pix_fmts if wanted in (None, bits_of(name))]
@@ -58,7 +58,7 @@ def pick_pix_fmt(source: str, codec: VideoCodec, depth: int | None = None) -> st
 
 
 def _in_420(kind: str, bits: str) -> str:
-    """The 4:2:0 format that holds as much as one without colour; none has more than 16 bits."""
+    """The 4:2:0 format that holds all of a grey one; 4:2:0 formats have at most 16 bits."""
     plain = "yuva420p" if kind == "ya" else "yuv420p"
     return plain if bits in ("", "8") else f"{plain}{min(int(bits), 16)}le"
 
@@ -67,8 +67,8 @@ class ConvertPixelFormat:
     """Converts every picture to the one pixel format that the encoder takes.
 
     A picture that already fits is returned as it is, without a copy.
-    depth: bits per sample; None: those usual for the codec.  sdr: PQ and HLG become SDR.
-    is_opaque: pictures of RGB with transparency do not show through anywhere.
+    depth: bits per sample; None: as usual for the codec.  sdr: PQ and HLG become SDR.
+    is_opaque: pictures are RGB with transparency, but opaque everywhere.
     conversions: what changes.  unasked: those conversions that neither depth nor sdr asked for.
     dropped: what the conversion loses.
     mended: how many damaged pictures had samples beyond their depth. They are clipped, since
@@ -97,9 +97,9 @@ class ConvertPixelFormat:
         """Raises DecodeError when size or pixel format differ from the first picture's, UsageError
         for a depth that the codec does not have.
 
-        seconds: where the picture is in its file, for that message; None: not known.
+        seconds: where the picture is in its file, for the error message; None: not known.
         """
-        name = picture.format.name  # each attribute of PyAV's makes objects anew
+        name = picture.format.name  # read once: PyAV makes new objects for each access
         self.mended += _clip_to_depth(picture, name)  # before anything converts it
         key = (picture.width, picture.height, name)
         if self._seen is None:
@@ -126,7 +126,7 @@ class ConvertPixelFormat:
         self._note(picture)
 
     def _converted(self, picture: av.VideoFrame, name: str) -> av.VideoFrame:
-        """name: of the picture's format."""
+        """name: the picture's pixel format."""
         if self._to_sdr is not None:
             return self._to_sdr(picture)
         if name != self._pix_fmt or self._to_limited:
@@ -148,7 +148,7 @@ class ConvertPixelFormat:
             self.dropped.append(
                 f"transparency: {self.codec.name} has none here; {_transparent_codecs()} keep it"
             )
-        # yuvj420p is yuv420p whose name says that its range is full, as the tag does in any case
+        # yuvj420p is yuv420p with its full range in the name; the range tag says the same
         if name.replace("yuvj", "yuv") != self._pix_fmt.replace("yuvj", "yuv"):
             self.conversions.append(f"pixels {name} -> {self._pix_fmt}{self._why(picture)}")
             if self.depth is None:
@@ -172,8 +172,8 @@ class ConvertPixelFormat:
             self.unasked.append(self.conversions[-1])
 
     def _why(self, picture: av.VideoFrame) -> str:
-        """The reason for less chroma or fewer bits that nobody asked for, and a warning of HDR in
-        too few bits."""
+        """The reason for less chroma or fewer bits that nobody asked for, and a warning about HDR
+        in too few bits."""
         if self._to_sdr is not None:
             return ""
         before, after = bits_of(picture.format.name), bits_of(self._pix_fmt)
@@ -205,7 +205,7 @@ def _transparent_codecs() -> str:
 def _clip_to_depth(picture: av.VideoFrame, name: str) -> bool:
     """Clip samples beyond the picture's depth, which damaged streams have; True if any.
 
-    name: of its format.
+    name: the picture's pixel format.
     """
     if not _ROOMY.fullmatch(name):
         return False
@@ -242,7 +242,7 @@ def _reformat(picture: av.VideoFrame, pix_fmt: str, *, to_limited: bool) -> av.V
     to_limited.
 
     On one thread: with several, FFmpeg's converter writes random pixels where its slices meet, when
-    a sample of the new format has more than 8 bits and the width is no multiple of 16.
+    a sample of the new format has more than 8 bits and the width is not a multiple of 16.
     """
     if _is_rgb(picture.format.name):
         # RGB has no matrix of its own. Every player assumes limited-range BT.709 for HD.

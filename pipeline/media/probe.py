@@ -42,7 +42,7 @@ def picture_at(path: Path, start_seconds: float, latest_seconds: float) -> np.nd
     start_seconds: counted from where a player begins.  latest_seconds should be short: all frames
     up to there are decoded.
     Returns (H, W, 3) uint8, B'G'R', upright, with square pixels. Raises InputError, DecodeError,
-    and UsageError for colours of a matrix that is not known.
+    and UsageError for an unknown colour matrix.
     """
     with closing(open_video(path)) as source:
         first = float(source.start_seconds) + start_seconds
@@ -60,7 +60,7 @@ def picture_at(path: Path, start_seconds: float, latest_seconds: float) -> np.nd
             raise DecodeError(f"{path} has no frame at {start_seconds:g} s")
         try:
             return _shown(last, source.video.sample_aspect_ratio or Fraction(1))
-        except av.FFmpegError as error:  # such as of pixels with 32 bits
+        except av.FFmpegError as error:  # for example for pixels with 32 bits
             raise DecodeError(f"{path} cannot be decoded: {error.strerror}") from error
 
 
@@ -70,7 +70,7 @@ def _pictures(source: VideoSource) -> Generator[av.VideoFrame, None, None]:
 
 
 def _shown(picture: av.VideoFrame, aspect: Fraction) -> np.ndarray:
-    """(H, W, 3) uint8 B'G'R' as players show it; the longer side of its pixels is shrunk."""
+    """(H, W, 3) uint8 B'G'R' as players show it; oblong pixels shrink along their longer side."""
     if picture.format.is_rgb or picture.format.has_palette:
         bgr8 = picture.to_ndarray(format="bgr24")
     else:

@@ -1,4 +1,4 @@
-"""What an mp4 or mov says of its video, besides the pictures, and no output can say."""
+"""Finds what an mp4 or mov says about its video that no output can say."""
 
 import struct
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ def lost_descriptions(source: VideoSource) -> list[str]:
     """A line for each statement about the video that no output holds: Dolby Vision by name, and a
     clean aperture (`clap`), the part of the picture that is to be shown.
 
-    FFmpeg reads neither where PyAV could see it. Other containers than mp4 and mov have no line.
+    PyAV gives no access to either. Containers other than mp4 and mov give no lines.
     """
     if not source.container.format.name.startswith("mov"):
         return []
@@ -31,7 +31,7 @@ def lost_descriptions(source: VideoSource) -> list[str]:
                 for entry in _entries(file, whole_file(source.path), source.video.id)
                 for line in _lost_of(file, entry)
             ]
-    except (OSError, struct.error):  # it was removed meanwhile, or its header is damaged
+    except (OSError, struct.error):  # the file was removed meanwhile, or its header is damaged
         return []
     return list(dict.fromkeys(lines))
 

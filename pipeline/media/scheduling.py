@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 _THREADS = "/proc/self/task"
-_CALLER = 0  # of the system's functions: the calling thread
+_CALLER = 0  # for the system's functions: the calling thread
 
 
 def open_encoder(context: Any) -> None:
@@ -21,12 +21,12 @@ def open_encoder(context: Any) -> None:
 
 @contextlib.contextmanager
 def same_scheduling() -> Iterator[None]:
-    """Afterwards the calling thread, and all threads that started meanwhile, have its policy again.
+    """Restore the calling thread's policy afterwards, for it and all threads started meanwhile.
 
-    SVT-AV1, where it may (as root), gives the thread that opens it and all of its own threads the
-    real-time policy SCHED_FIFO at the highest priority. Later threads and processes would inherit
-    that policy, and on a few cores such threads leave no time to others. Does nothing on systems
-    other than Linux.
+    Where SVT-AV1 has the right (as root), it gives the thread that opens it and all of its own
+    threads the real-time policy SCHED_FIFO at the highest priority. Later threads and processes
+    would inherit that policy, and on a few cores such threads leave no time to others. Does nothing
+    on systems other than Linux.
     """
     if sys.platform != "linux" or not os.path.isdir(_THREADS):
         yield

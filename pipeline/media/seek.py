@@ -7,7 +7,7 @@ from typing import Any
 import av
 from makeup_video.pipeline.media.input_file import VideoSource, packets_of
 
-_SUBTITLE_SECONDS = 60  # subtitles that begin longer before a start are not looked for
+_SUBTITLE_SECONDS = 60  # subtitles that begin longer than this before a start are not looked for
 _BACK_SECONDS = (0, 2, 10, 60, 10**9)  # the last one is the beginning of the file
 _EARLIEST = -Fraction(10**9)  # before everything; in ticks it still fits into 64 bits
 _NEVER = Fraction(2**62)
@@ -16,7 +16,7 @@ _NEVER = Fraction(2**62)
 def subtitles_on_screen(source: VideoSource, start: Fraction) -> list[Any]:
     """The packets of Matroska's subtitles that begin before `start` (seconds) and end after it.
 
-    A seek to a key frame lands behind them; in other containers each stream is sought by itself.
+    A seek to a key frame would skip them. In other containers each stream is sought by itself.
     The file is opened once more for this. Raises InputError where it cannot be opened again.
     """
     texts = [stream.index for stream in source.container.streams if stream.type == "subtitle"]
@@ -39,17 +39,17 @@ def subtitles_on_screen(source: VideoSource, start: Fraction) -> list[Any]:
 
 
 def seek_before(source: VideoSource, decoder: Any, start: Fraction) -> None:
-    """Go to where decoding gives every frame from `start` (seconds) on.
+    """Go to a place from which decoding gives every frame from `start` (seconds) on.
 
-    Containers may land behind the wanted key frame (mpegts has no index, and an open group of
-    pictures has frames that need the group before). So the first frame is decoded, and where it
+    A seek may land after the wanted key frame (mpegts has no index, and an open group of pictures
+    has frames that need the group before). So the first frame is decoded, and where that frame
     comes too late, the seek goes further back.
     """
     video, container = source.video, source.container
     if container.duration is None:
         return  # a bare stream has no times to seek by: decode it from its beginning
     if video.start_time is not None and start <= video.start_time * source.time_base:
-        return  # to seek the first picture would lose the sound before it
+        return  # seeking to the first picture would lose the sound before it
     # AVI and FLV refuse times before 0. From 0 on, an MPEG stream whose first picture is decoded
     # before 0 would lose its first group of pictures.
     earliest = _EARLIEST if source.has_free_clock else Fraction(0)

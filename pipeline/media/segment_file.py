@@ -1,8 +1,8 @@
 """The file of one painted segment: the encoder's packets as they are, and nothing else.
 
 NUT stores the packets of most codecs unchanged, while mp4 and Matroska rewrite those of H.264, HEVC
-and AV1. Transparency of VP9 lies beside the packets, which only WebM and Matroska can hold, and
-ProRes is not known in NUT: such videos take the output's own container, which stores those codecs
+and AV1. But only WebM and Matroska can hold VP9's transparency, which lies beside the packets, and
+NUT does not know ProRes. Such videos take the output's own container, which stores those codecs
 unchanged.
 """
 
@@ -24,7 +24,7 @@ _AS_STORED = {"protocol_whitelist": "file", "fflags": "noparse+nofillin"}
 
 
 class PacketTime(NamedTuple):
-    """The times that the encoder gave a packet, in ticks of the output; dts: None for none."""
+    """The times that the encoder gave a packet, in ticks of the output; dts may be missing."""
 
     pts: int
     dts: int | None
@@ -35,9 +35,9 @@ class PacketTime(NamedTuple):
 class SegmentFile:
     """A painted segment that is whole.
 
-    format: FFmpeg's name of its container.  tick: seconds.
+    format: FFmpeg's name of its container.  tick: the unit of `times`, in seconds.
     headers: the encoder's parameter sets, as FFmpeg's extradata.
-    times: of its packets, in the order of the file.
+    times: the times of its packets, in the order of the file.
     """
 
     path: Path
@@ -68,12 +68,12 @@ class SegmentFile:
 
 
 class SegmentWriter:
-    """Writes the packets of one segment; VideoEncoder and Decoder take it for a Muxer.
+    """Writes the packets of one segment; VideoEncoder and Decoder use it in place of a Muxer.
 
     format: of the output in which the segments are joined; times are in its ticks.
-    Packets of other streams are not taken.
-    dropped: what is lost from the first frame on, which the joined video reports, too.
-    later: the rest.
+    Packets of other streams are ignored.
+    dropped: losses from the first frame on, which the joined video reports, too.
+    later: losses that begin at a later frame.
     """
 
     strict = False
@@ -101,10 +101,10 @@ class SegmentWriter:
         self.later.append(what)
 
     def trim(self, start: Fraction | None, end: Fraction | None, shift: Fraction) -> None:
-        """Nothing: only the painted video is written."""
+        """Does nothing: only the painted video is written."""
 
     def copy(self, packet: Any) -> None:
-        """Nothing: packets of other streams are copied when the segments are joined."""
+        """Does nothing: packets of other streams are copied when the segments are joined."""
 
     def open(self, source: VideoSource, add_video: Callable[[Any], Any]) -> Any:
         """Create the file; add_video(container) adds and returns the only stream."""
@@ -137,7 +137,7 @@ class SegmentWriter:
             self._container.mux_one(packet)
 
     def finish(self, keep_part: bool = False) -> None:
-        """Close the file. keep_part: the segment is not whole, so nothing of it stays."""
+        """Close the file. keep_part: the segment is not whole, so its file is removed."""
         if keep_part:
             self.abort()
             return

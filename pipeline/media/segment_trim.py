@@ -1,4 +1,4 @@
-"""Keeps the pictures that one segment of a video needs: its own, those before and a few after."""
+"""Keeps the pictures that one segment of a video needs: run-up, segment, and a few after it."""
 
 from fractions import Fraction
 
@@ -10,8 +10,8 @@ from makeup_video.pipeline.media.trim import Trim
 class SegmentTrim(Trim[av.VideoFrame]):
     """Takes pictures in order of time and returns those from the run-up on.
 
-    after_frames: how many pictures behind the segment are returned, for stages that look ahead.
-    Times keep their place in the video.
+    after_frames: how many pictures after the segment are returned, for stages that look ahead.
+    Times stay those of the whole video.
     """
 
     def __init__(self, segment: Segment, after_frames: int, tick: Fraction) -> None:

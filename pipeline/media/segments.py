@@ -1,7 +1,7 @@
 """Plans how a video is split: segments that begin at key frames, so that each can be painted alone.
 
-A segment is decoded from some time before its first frame on, the run-up, so that whatever follows
-the video over time has settled when the segment begins.
+Decoding begins some time before a segment's first frame. During this run-up, everything that
+depends on earlier frames settles.
 """
 
 from bisect import bisect_left
@@ -16,10 +16,10 @@ from makeup_video.pipeline.media.trim import STILL_SECONDS
 
 RUN_UP_SECONDS = 2
 _RUN_UP_FRAMES = 8  # at least, for videos of few frames a second
-# of the wanted length: a shorter rest is painted with the segment before it
+# As a share of the wanted length. A shorter rest is painted with the segment before it.
 _LEAST_REST = Fraction(1, 2)
-# Between the frames on both sides of a seam: Matroska rounds times to milliseconds, and they must
-# differ afterwards, too.
+# Between the frames on both sides of a seam. Matroska rounds times to milliseconds, and the two
+# times must still differ after that.
 _LEAST_STEP_SECONDS = Fraction(2, 1000)
 
 
@@ -30,7 +30,7 @@ class Segment:
     first: time of the first frame.  end: of the first frame after it, None at the end of the video.
     run_up: time from which frames are decoded; None: from the beginning of the video.
     shift: subtracted from every time, so that the video begins at 0, or not before it.
-    is_last: no further segment follows, so that no frame behind `end` is seen.
+    is_last: no segment follows, so no frame after `end` is read.
     """
 
     first: int
@@ -40,9 +40,9 @@ class Segment:
     is_last: bool = False
 
     def holds(self, pts: int) -> bool:
-        """True for the time of a frame of this segment, and neither before nor after it.
+        """True for the time of a frame in this segment, and neither before nor after it.
 
-        pts: in the output, so `shift` is subtracted from it.
+        pts: the frame's time in the output, from which `shift` has been subtracted.
         """
         return not self.is_before(pts) and not self.is_after(pts)
 
@@ -51,7 +51,7 @@ class Segment:
         return pts + self.shift < self.first
 
     def is_after(self, pts: int) -> bool:
-        """True for the time, in the output, of a frame behind this segment."""
+        """True for the time, in the output, of a frame after this segment."""
         return self.end is not None and pts + self.shift >= self.end
 
     def is_unseen(self, pts: int) -> bool:
@@ -61,13 +61,13 @@ class Segment:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """segments: at least one, in order.  obstacle: why there is only one; "" where it suffices."""
+    """segments: at least one, in order.  obstacle: why there is only one; "" if one is enough."""
 
     segments: tuple[Segment, ...]
     obstacle: str = ""
 
 
-# Start and end of what is kept of a video, in seconds from where it begins.
+# Start and end of the part of a video to keep, in seconds from where the video begins.
 Excerpt = tuple[Fraction | None, Fraction | None]
 
 
@@ -76,8 +76,8 @@ def plan_segments(
 ) -> Plan:
     """Read the packets of a video, without decoding them, and choose where to split it.
 
-    seconds: the length of a segment; the next key frame ends it.  run_up: False where nothing
-    follows the video over time.
+    seconds: the length of a segment; the next key frame ends it.  run_up: False when no stage
+    keeps anything from frame to frame.
     """
     found = _times_and_keys(source)
     if isinstance(found, str):
@@ -106,13 +106,13 @@ def plan_segments(
 
 
 def _times_and_keys(source: VideoSource) -> tuple[list[int], list[int]] | str:
-    """The times of all frames and those of key frames, each in order, or why they do not help."""
+    """The times of all frames and those of key frames, each in order, or why they are unusable."""
     times, keys = [], []
     clock = ClockJumps(source)
     try:
         for packet in packets_of(source.container, source.video):
             if not packet.size or packet.is_discard:
-                continue  # an edit list hides the second kind
+                continue  # empty, or hidden by an edit list
             clock(packet)
             if clock.jumps:
                 return "its clock jumps"
@@ -129,8 +129,9 @@ def _times_and_keys(source: VideoSource) -> tuple[list[int], list[int]] | str:
 class _Kept:
     """The frames that an excerpt of a video keeps, as Trim keeps them.
 
-    times: of the frames, in order.  begins_at, ends_at: of the first frame, and of the first one
-    behind the excerpt; None where the video begins and ends.
+    times: of the frames, in order.
+    begins_at: time of the first frame; None when the excerpt begins where the video does.
+    ends_at: time of the first frame after the excerpt; None when it ends where the video does.
     """
 
     def __init__(self, source: VideoSource, times: list[int], excerpt: Excerpt) -> None:
@@ -176,6 +177,6 @@ def _starts(times: list[int], keys: list[int], ticks: Fraction) -> list[int]:
 
 
 def _run_up(times: list[int], first: int, source: VideoSource) -> int:
-    """The time from which on frames are decoded, so that all has settled at `first`."""
+    """The time from which frames are decoded, so that everything has settled at `first`."""
     index = bisect_left(times, first - RUN_UP_SECONDS / source.time_base)
     return times[max(0, min(index, bisect_left(times, first) - _RUN_UP_FRAMES))]

@@ -1,4 +1,4 @@
-"""Joins before and after to one picture, beside each other as the viewer sees them."""
+"""Joins the pictures before and after painting into one, side by side as the viewer sees them."""
 
 from collections.abc import Callable
 from typing import Any
@@ -52,7 +52,7 @@ def _halves(turn_degrees: int, is_mirrored: bool) -> tuple[int, bool]:
 
 
 def _layout(frame: Frame) -> tuple[int, bool]:
-    """The same for a frame, whose display matrix may mirror it, too."""
+    """Like `_halves`, for a frame, which its display matrix may also mirror."""
     matrix = matrix_of(frame.picture)
     if matrix is None:
         return _halves(frame.rotation_degrees, is_mirrored=False)
@@ -67,7 +67,8 @@ def _room_for_two(frame: Frame, axis: int) -> av.VideoFrame:
     if frame.picture.interlaced_frame:
         down *= 2  # rows of the second half must keep their field
     width, height = -(-frame.width_px // across) * across, -(-frame.height_px // down) * down
-    # only reformat makes a larger picture that keeps these; all of its pixels are overwritten
+    # Only reformat makes a larger picture that keeps field order and side data. All of its pixels
+    # are overwritten.
     return frame.picture.reformat(
         width=width * (1 + axis), height=height * (2 - axis), interpolation=Interpolation.POINT
     )

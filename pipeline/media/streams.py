@@ -24,7 +24,7 @@ _QUICKTIME_LANGUAGES = {
     "fre": "fra", "deu": "ger", "nld": "dut", "swe": "sve", "zho": "chi", "ell": "gre",
     "isl": "ice", "ron": "rum", "slk": "slo", "ces": "cze", "msa": "may",
 }  # fmt: skip
-# What the containers cannot say of a stream; FFmpeg's muxers leave it out.
+# Marks of a stream that a container cannot hold; FFmpeg's muxers leave them out.
 _UNSAID = {
     "mp4": Disposition.original,
     "mov": Disposition.dub | Disposition.original | Disposition.comment | Disposition.forced
@@ -32,7 +32,7 @@ _UNSAID = {
     "webm": Disposition.dub | Disposition.original | Disposition.comment
     | Disposition.hearing_impaired | Disposition.visual_impaired,
 }  # fmt: skip
-_LEAST_TICKS = 10_000  # per second: of the coarsest clock of edit lists
+_LEAST_TICKS = 10_000  # per second, of the clock of edit lists
 _USUAL_LAYOUTS = {1: "mono", 2: "stereo", 3: "2.1", 4: "quad", 5: "5.0", 6: "5.1", 8: "7.1"}
 _MOST = 1 << 32  # Matroska's numbers are smaller
 
@@ -40,7 +40,7 @@ _MOST = 1 << 32  # Matroska's numbers are smaller
 def shown_wh(video: Any, source: VideoSource) -> tuple[int, int] | Fraction | None:
     """The size at which a video of non-square pixels is shown; None for square pixels.
 
-    Where that would be no whole number of pixels: the ratio of width to height.
+    Where the width would not be a whole number of pixels: the ratio of width to height.
     """
     aspect = source.video.sample_aspect_ratio
     if not aspect or aspect == 1:
@@ -65,7 +65,7 @@ def tags(holder: Any, container_format: str) -> dict[str, str]:
         if plain == "timecode" and container_format in MP4:
             key = plain  # Matroska spells it in capitals; mp4 makes its timecode stream from it
         if plain == "name" and is_track and "title" not in holder.metadata:
-            key = "title"  # mp4's demuxer calls it so, and muxers take it as a title alone
+            key = "title"  # mp4's demuxer says "name", but muxers take a title only as "title"
         if plain == "language" and container_format == "mov":
             value = _QUICKTIME_LANGUAGES.get(value, value)
         kept[key] = value
@@ -87,8 +87,8 @@ def container_options(
             dropped.append(f"tags {', '.join(odd)}: mp4 holds them or cover art, not both")
         else:
             flags += "+use_metadata_tags"
-    # Ticks of streams are as fine as the source's, so that times are exact. Those of edit lists,
-    # which place the sound, divide them evenly, and are no longer than a tenth of a millisecond.
+    # Ticks of streams are as fine as the source's, so that times are exact. Edit lists, which place
+    # the sound, have ticks that divide these evenly and are at most a tenth of a millisecond long.
     finer = -(-_LEAST_TICKS // ticks)
     options = {
         "movflags": flags,
@@ -137,8 +137,8 @@ def refusal(stream: Any, container_format: str, first_packet: Any | None) -> str
     """Why the container cannot hold the stream as it is; None when it can.
 
     The only sure way to find out is to write a file with the stream into memory: some muxers
-    refuse only the first packet, or the whole file when it is closed. And mp4 and mov take data
-    that they have no sample description for, and write a track that nobody can read, or none.
+    refuse only the first packet, or the whole file when it is closed. mp4 and mov even take data
+    for which they have no sample description, and then write a track that nobody can read, or none.
     """
     # these muxers take such streams and write nothing
     if is_cover(stream) and container_format == "mov":

@@ -9,20 +9,21 @@ _TIMECODE = re.compile(r"(\d\d):([0-5]\d):([0-5]\d)([:;.])(\d\d+)")
 def moved_timecode(text: str, seconds: Fraction, rate: Fraction) -> str:
     """The timecode of the frame that comes `seconds` after the one with timecode `text`.
 
-    rate: frames per second. Timecode counts whole frames of the next whole rate; with ";" or "."
-    (drop frame, SMPTE ST 12-1) it leaves out the first two numbers of 30, or four of 60, in every
-    minute but each tenth. After 24 hours it begins anew. Text that is no timecode stays as it is.
+    rate: frames per second. Timecode counts frames at the nearest whole rate. With ";" or "." (drop
+    frame, SMPTE ST 12-1) it skips the first two numbers at 30 fps, or four at 60 fps, in every
+    minute except each tenth. After 24 hours it begins anew. Text that is not a timecode stays as it
+    is.
     """
     parts = _TIMECODE.fullmatch(text.strip())
     whole = round(rate)
     if parts is None or whole < 1:
         return text
     hours, minutes, second, frame = (int(parts[at]) for at in (1, 2, 3, 5))
-    dropped = 2 * (whole // 30) if parts[4] != ":" else 0  # in a minute
+    dropped = 2 * (whole // 30) if parts[4] != ":" else 0  # numbers skipped in a minute
     minutes += 60 * hours
     count = (60 * minutes + second) * whole + frame - dropped * (minutes - minutes // 10)
     count = (count + round(seconds * rate)) % (1440 * 60 * whole - dropped * (1440 - 144))
-    # back: tens of minutes, then minutes of which all but the first leave out numbers
+    # back to timecode: tens of minutes, then minutes, of which all but the first skip numbers
     tens, rest = divmod(count, 600 * whole - 9 * dropped)
     ones = max(0, rest - dropped) // (60 * whole - dropped)
     count += dropped * (9 * tens + ones)

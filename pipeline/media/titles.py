@@ -1,4 +1,4 @@
-"""Subtitles that overlap, as subtitles of which one is shown at a time."""
+"""Turns subtitles that overlap into subtitles that are shown one at a time."""
 
 from typing import NamedTuple
 
@@ -19,10 +19,11 @@ class Title(NamedTuple):
 
 
 class OneAtATime:
-    """Titles in the order of their beginnings -> titles that do not overlap.
+    """Turns titles, in the order in which they begin, into titles that do not overlap.
 
     While several are to be shown, one title has the lines of all, the first that began at the top.
-    The times at which each text is shown do not change. A title comes once the next one begins.
+    The times at which each text is shown do not change. A title is returned once the next one
+    begins.
     """
 
     def __init__(self) -> None:

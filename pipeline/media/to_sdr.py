@@ -23,9 +23,10 @@ _STATIC = ("MASTERING_DISPLAY_METADATA", "CONTENT_LIGHT_LEVEL")
 class ToSdr:
     """Turns pictures into SDR: BT.709, limited range.
 
-    The curve is sRGB's and the tag bt709, as most video has: players show both in the same way.
+    The transfer curve is sRGB's, while the tag says bt709, as in most video: players show both in
+    the same way.
     picture: the first one, PQ or HLG; its colours and its peak hold for all.
-    pix_fmt: that of the result.  peak_nits: the brightest light of the video, in cd/m2.
+    pix_fmt: of the result.  peak_nits: the brightest light of the video, in cd/m2.
     Times, field order and rotation stay. HDR10's static metadata is dropped, since it no longer
     holds.
     Raises OutputError when there is no room for a temporary file.
@@ -81,7 +82,7 @@ class ToSdr:
 def _written(table: np.ndarray, stack: ExitStack) -> str:
     """Write a .cube file (Adobe's Cube LUT specification 1.0) to a folder for temporary files.
 
-    stack: its end removes what was written, also where the disk was full.
+    stack: closing it removes the folder, even when the disk was full.
     """
     lines = (f"{red:.5f} {green:.5f} {blue:.5f}\n" for red, green, blue in table.tolist())
     try:

@@ -36,8 +36,8 @@ def subtitle_codec_for(container_format: str, stream: Any) -> str | None:
 class AudioConverter:
     """Converts the packets of one audio stream to another codec, at the same times.
 
-    The source's rate and channels may change within the stream; the output keeps those at the
-    beginning, in the usual layout of as many channels.
+    The source's rate and channels may change within the stream. The output keeps those at the
+    beginning, in the usual layout for that number of channels.
     decoder: of the source's stream, used by nobody else.
     """
 
@@ -88,8 +88,8 @@ class AudioConverter:
 class SubtitleConverter:
     """Converts the packets of one text subtitle stream to another codec, at the same times.
 
-    mp4 and mov cannot show two subtitles at a time: those that overlap become one after another,
-    with the lines of both while both are shown.
+    mp4 and mov cannot show two subtitles at a time. So overlapping subtitles become a sequence, in
+    which one has the lines of both while both are to be shown.
     decoder: of the source's stream, used by nobody else.
     """
 
@@ -134,7 +134,9 @@ class SubtitleConverter:
 
 
 def _rate_for(codec: str, rate: int) -> int:
-    """The lowest rate of an encoder that keeps all of a sound, or else its highest: cameras have
-    rates such as 11024 Hz, which AAC lacks."""
+    """The encoder's lowest rate that is not below the sound's, or else the encoder's highest.
+
+    Cameras have rates such as 11024 Hz, which AAC lacks.
+    """
     rates = av.Codec(codec, "w").audio_rates or [rate]
     return min((one for one in rates if one >= rate), default=max(rates))

@@ -16,7 +16,7 @@ class Trim(Generic[T]):
 
     start, end: seconds on the container's clock, None where nothing is cut.
     tick: seconds; the shift is a whole number of ticks, so that times stay exact.
-    late_start: seconds to subtract from the times of a video of which nothing is cut.
+    late_start: seconds to subtract from all times where there is no start.
     shift: seconds to subtract from every time of the clip, None until the first picture is kept.
     """
 
@@ -50,7 +50,7 @@ class Trim(Generic[T]):
         if self.shift is not None:
             return [(picture, seconds - self.shift if self.shift else seconds, duration)]
         if self.start is None:
-            # players do not show what lies before 0
+            # a picture before 0 moves to 0, since players do not show what lies before 0
             self.shift = min(self.late_start, seconds)
             return [(picture, seconds - self.shift, duration)]
         if seconds - self.start <= STILL_SECONDS:
@@ -75,7 +75,7 @@ class Trim(Generic[T]):
         return [(self._held, Fraction(0), until - self._begin())]
 
     def _begin(self) -> Fraction:
-        """Let the clip begin at `start`, rounded down to a tick."""
+        """Let the clip begin at `start`, rounded down to a tick; returns the shift."""
         if self.shift is None:
             self.shift = (self.start or Fraction(0)) // self.tick * self.tick
         return self.shift

@@ -9,7 +9,7 @@ import av
 from makeup_video.pipeline.media.codecs import MATROSKA
 from makeup_video.pipeline.media.input_file import is_cover
 
-# Codecs of which mp4 and mov put several packets into one sample.
+# Codecs for which mp4 and mov put several packets into one sample.
 _REGROUPED = {"eac3", "truehd", "mlp"}
 
 
@@ -18,7 +18,7 @@ class SentStream:
     """One stream of an output, and how many packets were sent to it.
 
     name: for messages.  kind: FFmpeg's "video", "audio", "subtitle" or "data".  codec: its name.
-    exact: the file must hold exactly as many packets, as of the painted video. Other streams may
+    exact: the file must hold exactly this many packets; so for the painted video. Other streams may
     hold more: mp4 puts empty subtitles between the others.
     """
 

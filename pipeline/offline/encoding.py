@@ -20,7 +20,7 @@ from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat, bits_of
 from makeup_video.pipeline.offline.settings import Settings
 
 _LARGE_PX = 6_000_000  # of a frame: between 1440p and 2160p
-_MORE_CHROMA = {(1, 1): "4:4:4", (2, 1): "4:2:2"}  # by luma pixels for one sample of chroma
+_MORE_CHROMA = {(1, 1): "4:4:4", (2, 1): "4:2:2"}  # by luma samples per chroma sample
 _ANIMATED_PNG = "apng"  # FFmpeg's name of the format
 _PROGRESSIVE = 1  # FFmpeg's AV_FIELD_PROGRESSIVE; 0 is unknown, and higher numbers are interlaced
 
@@ -30,10 +30,10 @@ class Encoding:
     """container: FFmpeg's name of the output's muxer.  codec, options: of the encoder.
 
     frame_px: of the output; before and after side by side have twice the pixels of the source.
-    depth: bits a sample; None: those usual for the codec.  sdr: HDR becomes SDR.
+    depth: bits per sample; None: as usual for the codec.  sdr: HDR becomes SDR.
     note: how the encoder was chosen, where hardware was asked for; also a warning where few players
     can show the output.
-    is_opaque: as VideoSource.
+    is_opaque: as in VideoSource.
     """
 
     container: str
@@ -80,7 +80,7 @@ def choose_encoding(source: VideoSource, output: Path, settings: Settings) -> En
 
 
 def _container_of(source: VideoSource, output: Path) -> str:
-    """As container_of; its error says when the source is a PNG that counts as a video."""
+    """Like container_of, but the error for an animated PNG says that the source is one."""
     try:
         return container_of(output)
     except UsageError as error:
@@ -131,16 +131,17 @@ def _needs(source: VideoSource, depth: int | None, settings: Settings) -> Encode
 def decoder_threads(wanted: int | None = None) -> int:
     """As many threads as wanted; None: half as many as there are cores.
 
-    FFmpeg's own choice is one a core and one more, each with pictures in memory; but a video waits
+    FFmpeg would choose one per core and one more, each with pictures in memory. But a video waits
     for the encoder, not for the decoder.
     """
     return max(1, cores() // 2) if wanted is None else wanted
 
 
 def encoder_threads(codec: VideoCodec, frame_px: int, wanted: int | None = None) -> int:
-    """As many threads as wanted; None: one a core for large frames, else the encoder's choice (0).
+    """As many threads as wanted; None: one per core for large frames, else the encoder's choice: 0.
 
-    x264 chooses one and a half a core. At 2160p one a core takes the same CPU time and 75 MB less.
+    x264 chooses one and a half per core. At 2160p, one per core takes the same CPU time and 75 MB
+    less memory.
     """
     if wanted is None and codec.many_threads and frame_px >= _LARGE_PX:
         return cores()

@@ -1,7 +1,7 @@
-"""Numbers the faces of a video alike in all its segments.
+"""Gives each face of a video the same number in all segments.
 
-Each segment numbers its own faces from 0. Two neighbours see the same frames before the seam, so a
-face of one is the face of the other that is at its place in most of these frames.
+Each segment numbers its own faces from 0. Two neighbouring segments both see the frames just before
+their seam. In most of these frames the same face is at the same place in both segments.
 """
 
 from collections import Counter
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from makeup_video.pipeline.faces.face import FrameFaces
 
-_SAME_PLACE = 0.25  # of the face's width: both runs read the same pixels
+_SAME_PLACE = 0.25  # of the face's width; little, since both segments read the same pixels
 
 
 class Sighting(NamedTuple):
@@ -38,8 +38,8 @@ def sightings_in(item: FrameFaces) -> tuple[Sighting, ...]:
 class KnownFaces(NamedTuple):
     """What is known of a segment's faces once the segments before it are painted.
 
-    numbers: the video's number of each face, by the segment's own.
-    largest_id: the face, with the video's number, that was painted last as the largest, if any.
+    numbers: the video's number of each face, by the segment's own number.
+    largest_id: the video's number of the face that was last painted as the largest, if any.
     """
 
     numbers: Mapping[int, int]
@@ -54,10 +54,10 @@ class VideoNumbers:
         self._known: Sightings = {}
 
     def next(self, before: Sightings, after: Sightings, own: Iterable[int]) -> dict[int, int]:
-        """The video's numbers of the next segment's faces, by its own.
+        """The video's numbers of the next segment's faces, by the segment's own numbers.
 
-        before, after: what it saw in its run-up, and what the segment behind it sees as well.
-        own: its faces in order of appearance.
+        before: what the segment saw in its run-up.  after: what it saw in frames that the next
+        segment sees as well.  own: its faces in order of appearance.
         """
         numbers = self._recognised(before)
         for number in own:
@@ -76,11 +76,11 @@ class VideoNumbers:
         return numbers
 
     def forget_before(self, is_unseen: Callable[[int], bool]) -> None:
-        """Forget what no further segment sees again; is_unseen(pts): True for such a frame."""
+        """Forget frames that no further segment sees; is_unseen(pts): True for such a frame."""
         self._known = {pts: faces for pts, faces in self._known.items() if not is_unseen(pts)}
 
     def _recognised(self, before: Sightings) -> dict[int, int]:
-        """Faces by the frames that the segments before saw, too."""
+        """The video's numbers of faces that earlier segments saw in the same frames."""
         votes: Counter[tuple[int, int]] = Counter()
         for pts, faces in before.items():
             for face in faces:

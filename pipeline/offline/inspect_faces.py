@@ -1,4 +1,4 @@
-"""inspect_video: draws the faces that were found on a video or a picture."""
+"""inspect_video: finds the faces in a video or a picture and draws them onto it."""
 
 import contextlib
 import os
@@ -28,7 +28,7 @@ def inspect_video(
     points: a file for the points as JSON, one frame per line. After Ctrl-C the points so far stay
     under the name of the part, beside the part of dst.
     settings: as in process_video, but without `split_minutes` and `faces`.
-    Raises TypeError for an argument of another type, else one of `errors`.
+    Raises TypeError for an argument of a wrong type, else one of `errors`.
     """
     check_path("src", src)
     check_path("dst", dst)
@@ -38,7 +38,7 @@ def inspect_video(
     check_progress(on_progress)
     for name in settings.given(("split_minutes", "faces")):
         raise UsageError(f"all faces are drawn, in one run: leave out {option(name)}")
-    local_file(src, "video or photo")  # of a folder a batch would paint all, not inspect them
+    local_file(src, "video or photo")  # these words keep a folder's error from advising a batch
     sidecar: contextlib.AbstractContextManager[PointsFile | None] = contextlib.nullcontext()
     if points is not None:
         sidecar = PointsFile(points, src, dst, overwrite=settings.overwrite)

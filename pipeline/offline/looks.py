@@ -30,10 +30,10 @@ from makeup_video.pipeline.offline.settings import Settings, check_progress
 
 # (outputs that are being written, frames done, frames expected or None, frames/s of the source)
 LooksProgress = Callable[[Sequence[Path], int, int | None, Fraction], None]
-# a variable, since a dict[str, Look] is no Mapping[str | os.PathLike[str], Look]
+# a type variable, since a dict[str, Look] is not a Mapping[str | os.PathLike[str], Look]
 _Output = TypeVar("_Output", bound=str | os.PathLike[str])
-# Sixteen looks leave each one a sixteenth of the shared work; more save little and start hundreds
-# of threads.
+# With sixteen looks each bears a sixteenth of the shared work. More looks would save little and
+# start hundreds of threads.
 _MOST_AT_ONCE = 16
 
 
@@ -49,17 +49,17 @@ def process_looks(
     Decoding, finding faces, smoothing and reading the scene happen once for all looks; painting and
     encoding once for each. The files are those that process_video would write, byte for byte.
 
-    looks: by output; the names of all outputs of a video end alike.
+    looks: by output; all outputs of a video have the same extension.
     settings: as in process_video, but without `split_minutes`; `on_whole` is called once, when all
     looks have ended and at least one output is whole.
-    memory_share: of the free memory, what encoders may take. Where it does not suffice for as many
-    encoders as looks, or there are more than 16 looks, the video is read several times.
+    memory_share: the share of the free memory that encoders may take. Where it does not suffice for
+    as many encoders as looks, or there are more than 16 looks, the video is read several times.
     on_progress(outputs, frames done, frames expected or None, frames per second of the source) is
     called a few times a second while a video is painted; outputs: those of the looks that are being
     painted.
-    Returns by output, as a Path, its report, or the error that ended this look alone, such as a
-    full disk. The seconds of a report are those of all looks that were painted at the same time.
-    Raises TypeError for an argument of another type; one of `errors` before anything is written, or
+    Returns for each output, as a Path, its report, or the error that ended this look alone, such as
+    a full disk. The seconds of a report are those of all looks that were painted at the same time.
+    Raises TypeError for an argument of a wrong type; one of `errors` before anything is written, or
     for what ends all looks: Ctrl-C, or an input that cannot be read while no output is whole yet.
     """
     check_path("src", src)
@@ -136,7 +136,7 @@ def encoders_at_once(
     source: VideoSource, output: Path, settings: Settings, memory_share: float = 0.5
 ) -> int:
     """How many looks of a video are encoded at the same time: at least 1, at most 16, and no more
-    than a share of the free memory holds."""
+    than fit into a share of the free memory."""
     encoding = choose_encoding(source, output, settings)
     # MB per Mpx is bytes per px
     each_bytes = max(1, encoding.codec.memory_mb_per_mpx * encoding.frame_px)
@@ -156,7 +156,7 @@ def _check_outputs(source: Path, outputs: Sequence[Path], settings: Settings) ->
 
 
 def _timed(work: Callable[[], dict[Path, Outcome]]) -> dict[Path, Outcome]:
-    """Do the work, write its times and its memory into the reports, and free what it has left."""
+    """Do the work, write its times and memory into the reports, and free the memory it leaves."""
     clock = RunClock()
     try:
         done = work()

@@ -26,7 +26,7 @@ from makeup_video.pipeline.render.scene import FrameScene
 
 
 def paint_picture(src: Path, looks: Mapping[Path, Look], settings: Settings) -> dict[Path, Outcome]:
-    """Paint every look on the picture, on as many looks at once as there are cores.
+    """Paint every look on the picture, as many looks at once as there are cores.
 
     looks: by output, one or more; see process_looks.
     """

@@ -1,4 +1,4 @@
-"""Paints several looks on one video in one go: decoded and searched for faces only once."""
+"""Paints several looks on one video, which is decoded and searched for faces only once."""
 
 from collections.abc import Mapping
 from contextlib import closing
@@ -68,8 +68,8 @@ def paint_video(
 ) -> dict[Path, Outcome]:
     """Paint every look on the video, each with an encoder of its own; see process_looks.
 
-    looks: by output, one or more, whose names end alike.  more: others will follow, so a Ctrl-C
-    while these outputs are finished is not too late, and raises StoppedError.
+    looks: by output, one or more; all outputs have the same extension.  more: other looks follow,
+    so a Ctrl-C while these outputs are finished is not too late, and raises StoppedError.
     """
     run = _Run(looks, settings)
     stages = run.faces(source)
@@ -130,8 +130,8 @@ class _Run:
                 return [replace(item, frame=one) for one in copy(item.frame)]
 
             groups = [self.sinks[group.start : group.stop] for group in self._groups]
-            muxers = self._muxers  # a function that held this video would keep it in memory
-            # at once: where a disk is full, the others need the room of the one that failed
+            muxers = self._muxers  # a lambda that held `self` would keep the video in memory
+            # aborted at once: on a full disk the other outputs need the space of the failed one
             self.fan = FanOut(groups, share, lambda at: muxers[at].abort())
             copier = CopyToAll(muxers, self.fan.errors)
             self.decoder = open_decoder(source, encoding, copier, settings)
@@ -155,13 +155,13 @@ class _Run:
         )
 
     def remove_parts(self) -> None:
-        """Remove what was begun and is not finished. Never raises."""
+        """Remove every output that is begun and not finished. Never raises."""
         for muxer in self._muxers:
             if not muxer.is_finished:
                 muxer.abort()
 
     def outcomes(self, source: VideoSource, runner: Runner) -> dict[Path, Outcome]:
-        """By output its report, or the error that ended it. Raises what is no error of ours."""
+        """Each output's report, or the error that ended it. Raises errors that are not ours."""
         done: dict[Path, Outcome] = {}
         for at, (path, error) in enumerate(zip(self._looks, self.fan.errors, strict=True)):
             if error is None:

@@ -141,7 +141,7 @@ def _label(face: Face, size_px: float, width_px: int) -> np.ndarray:
 
 
 def _turned(xy: np.ndarray, size_wh: np.ndarray, quarter_turns: int) -> np.ndarray:
-    """The places of pixels (N, 2) of a picture of that size after turns counter-clockwise."""
+    """Where pixels (N, 2) of a picture of that size are after counter-clockwise quarter turns."""
     (width, height), (x, y) = size_wh, xy.T
     for _ in range(quarter_turns % 4):
         x, y, width, height = y, width - 1 - x, height, width

@@ -1,4 +1,4 @@
-"""Paints all segments of a video, and numbers its faces alike in all of them."""
+"""Paints all segments of a video, with the same numbers of its faces in all of them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -24,12 +24,12 @@ _ATTEMPTS = 3  # a segment whose process dies is tried twice more
 
 @dataclass(slots=True)
 class PaintedSegments:
-    """The segments of a video.
+    """The painted segments of a video.
 
-    numbers: of each segment, the video's numbers of its faces by its own.
+    numbers: for each segment, the video's numbers of its faces by the segment's own numbers.
     faces: how many there are in the video.
-    known: what each segment was given; None where it painted by its own numbers.
-    cpu_seconds: of all processes, with segments that were painted twice.
+    known: what each segment knew of its faces; None where it painted by its own numbers.
+    cpu_seconds: of all processes, including those for segments that were painted twice.
     """
 
     results: list[SegmentResult] = field(default_factory=list)
@@ -44,12 +44,15 @@ class PaintedSegments:
         return {number for one in self.numbers for number in one.values()}
 
     def in_video(self, at: int, own: int) -> int:
-        """The video's number of a face, as the segment at this place names it; negative for a face
-        that the segment saw in its run-up alone, and that the segment before did not see there."""
+        """The video's number of the face that the segment at this place calls `own`.
+
+        Negative for a face that the segment saw in its run-up only, and that the segment before did
+        not see there.
+        """
         return own if self.known[at] is not None else self.numbers[at].get(own, -1 - own)
 
     def largest_before(self, at: int) -> int | None:
-        """The face that was painted last as the largest before the segment at this place."""
+        """The video's number of the face last painted as the largest before this segment."""
         for before in reversed(range(at)):
             if (own := self.results[before].largest_id) is not None:
                 return self.in_video(before, own)
@@ -109,7 +112,7 @@ class _Run:
         return [self._results[job.path] for job in jobs]
 
     def _progress(self, job: SegmentJob, frames: int) -> None:
-        # a segment that is tried again counts from 0, but what is shown never falls
+        # a segment that is tried again counts from 0, but the total that is shown never falls
         self._frames[job.path] = max(self._frames.get(job.path, 0), frames)
         self._on_tick(sum(self._frames.values()))
 
@@ -133,8 +136,7 @@ def _number_faces(jobs: Sequence[SegmentJob], painted: PaintedSegments) -> int:
 
 
 def _guessed_wrong(painted: PaintedSegments, faces: str) -> dict[int, KnownFaces]:
-    """Return by place the segments in which other faces are painted than in the video, and what
-    they should have known."""
+    """For each segment that painted the wrong faces, by its place: what it should have known."""
     wrong = {}
     for at, numbers in enumerate(painted.numbers):
         largest = painted.largest_before(at)
@@ -146,14 +148,14 @@ def _guessed_wrong(painted: PaintedSegments, faces: str) -> dict[int, KnownFaces
 
 
 def _differs(painted: PaintedSegments, at: int, largest: int | None) -> bool:
-    """True when a segment began with another largest face, which may matter."""
+    """True when a segment began with a wrong largest face, and that may matter."""
     own = painted.results[at].largest_first
-    if own is None:  # there was no face yet: the one before matters only if it comes back
+    if own is None:  # no face yet: the largest one before matters only if it comes back
         return largest in painted.numbers[at].values()
     return painted.in_video(at, own) != largest
 
 
 def _is_other(numbers: Mapping[int, int], chosen: int) -> bool:
-    """True when the face of this number in the video is another one in the segment."""
+    """True when this number means one face in the video and another face in the segment."""
     own = {number for number in numbers if numbers[number] == chosen}
     return own != {chosen} & set(numbers)

@@ -27,18 +27,18 @@ _MOST_SECONDS = 1e12  # RgbFrame counts microseconds, in 64 bits
 
 
 class Painter:
-    """Paints a look on the frames of one video, each at once.
+    """Paints a look on the frames of one video, each as soon as it comes.
 
     look: may be changed between two frames; faces and device may not.  faces: "all", "largest", or
-    the number of a face, in the order in which faces come up, as `inspect_video` draws it.
+    the number of a face, in the order in which faces appear, as `inspect_video` draws it.
     device: the OpenCL device that paints, by its number or a part of its name; "": the processor.
     painted_frames: how many frames had a face that was painted, in all videos.
-    found: the faces of the last frame, largest first, each with its number, `track_id`; none after
-    a frame that was left bare, which is not searched.
+    found: the faces of the last frame, largest first, each with its number, `track_id`. Empty after
+    a frame with a bare look, since such a frame is not searched for faces.
 
     Faces are followed from frame to frame and smoothed without delay, as `makeup-video live` does.
     A time that is not later than the last, or another size, begins a new video.
-    Only one thread at a time may use a painter.  Raises TypeError for a look of another type,
+    Only one thread at a time may use a painter.  Raises TypeError for a look of a wrong type,
     UsageError, and InstallError when the face nets or OpenCL are missing.
     """
 
@@ -86,11 +86,11 @@ class Painter:
         """The frame with the look painted on its faces; other pixels keep their values.
 
         rgb8: (H, W, 3) uint8, upright, R'G'B' as sRGB encodes it; it is not changed.
-        seconds: the frame's time, later than that of the frame before. An earlier or equal time and
-        another size begin a new video, in which faces are found and numbered anew.
+        seconds: the frame's time, later than the time of the frame before. An earlier or equal
+        time, or another size, begins a new video, in which faces are found and numbered anew.
         Returns a new (H, W, 3) uint8 array, encoded like rgb8.  Raises ValueError for another
-        shape or dtype, and for a time that is not finite; TypeError for one that is no number;
-        RuntimeError while another thread uses this painter.
+        shape or dtype, and for a time that is not finite; TypeError for a time that is not a
+        number; RuntimeError while another thread uses this painter.
         """
         exact = check_frame(rgb8, seconds)
         if not self._alone.acquire(blocking=False):  # OpenCL would crash
@@ -126,14 +126,14 @@ def paint_frames(
 ) -> Iterator[np.ndarray]:
     """Paint the frames of a video; yields one painted frame for each, in order.
 
-    frames: (H, W, 3) uint8 arrays, upright, R'G'B' as sRGB encodes it, all of one size, fps of them
-    a second; or pairs of such an array and its time in seconds, which rises.  They are read a few
-    frames ahead, so that faces are smoothed without lag, as in `process_video`; each array may be
-    used again as soon as the next one is asked for.
+    frames: (H, W, 3) uint8 arrays, upright, R'G'B' as sRGB encodes it, all of one size, `fps` of
+    them per second; or pairs of such an array and its time in seconds, with rising times.  They are
+    read a few frames ahead, so that faces are smoothed without lag, as in `process_video`. Each
+    array may be reused as soon as the next one is asked for.
     faces, device: as for Painter.
-    Yields new arrays, encoded alike.  Raises TypeError, and UsageError for `faces`, at once; with
-    the first frame InstallError, and UsageError for `device`; while frames are read, ValueError for
-    another shape, dtype, size or order of times.
+    Yields new arrays, encoded like the frames.  Raises TypeError, and UsageError for `faces`, at
+    once; InstallError, and UsageError for `device`, with the first frame; ValueError for a wrong
+    shape, dtype, size or order of times while frames are read.
     """
     check_look(look)
     check_whom(str(faces))
@@ -148,7 +148,7 @@ def paint_frames(
 def paint_pictures(pictures: Iterable[np.ndarray], look: Look) -> Iterator[np.ndarray]:
     """Paint pictures that have nothing to do with each other; yields one for each, in order.
 
-    pictures: as for `apply_look`, which this is for many, without loading the kernels each time.
+    pictures: as for `apply_look`. This does the same for many, and loads the kernels only once.
     Raises TypeError, and ValueError for a single picture, at once; ValueError or InstallError while
     pictures are read.
     """
@@ -172,10 +172,10 @@ def _check_several(pictures: object, name: str) -> None:
 
 
 def check_frame(rgb8: np.ndarray, seconds: SupportsFloat) -> float:
-    """The time of a frame as a float, of whatever type of number it is.
+    """The time of a frame as a float, whatever its type of number.
 
     Raises ValueError unless rgb8 is an (H, W, 3) uint8 picture and the time is at most 1e12 s,
-    TypeError for a time that is no number.
+    TypeError for a time that is not a number.
     """
     check_paintable(rgb8)
     if isinstance(seconds, str) or not hasattr(seconds, "__float__"):
@@ -222,7 +222,7 @@ def _painted(
         return
     find, smooth, scene = FindFaces(), SmoothAhead(), BuildScene(device)
     composite = Composite(look, device, faces)
-    held: deque[RgbFrame] = deque()  # those whose faces `smooth` holds
+    held: deque[RgbFrame] = deque()  # frames whose faces `smooth` still holds
 
     def painted(item: FrameFaces) -> np.ndarray:
         composite(scene(item))
@@ -233,7 +233,7 @@ def _painted(
         return None if item is None else painted(item)
 
     for rgb8, seconds in frames:
-        # not around `yield`: whoever reads the frames has OpenCV's threads to themselves
+        # not around `yield`: between two frames the caller has all of OpenCV's threads
         with one_opencv_thread():
             held.append(RgbFrame(rgb8, seconds))
             done = follow(held[-1].frame)

@@ -45,9 +45,9 @@ from makeup_video.pipeline.offline.settings import Settings
 class OpenedPicture:
     """A picture file that was read.
 
-    stored: its pixels, as decode_picture returns them, with the metadata.  frame: the same for the
-    painter.  tags: what its file holds beside that.  bytes_in: size of the file.
-    depth: bits a sample of the file; deep photos are stored in 16 bits.
+    stored, metadata: as decode_picture returns them.  frame: the same pixels for the painter.
+    tags: what else the file holds.  bytes_in: size of the file.
+    depth: bits per sample in the file; `stored` has 16 bits for deep photos.
     """
 
     path: Path
@@ -118,9 +118,9 @@ def _write(
     before: Sequence[np.ndarray],
     settings: Settings,
 ) -> Report:
-    """Write what was painted to an output that begins.
+    """Write the painted frame as a picture to an open output.
 
-    dst: its name for the report.  before: the planes of the frame before painting.
+    dst: the output's name for the report.  before: the planes of the frame before painting.
     """
     suffix, stored = target.part.suffix.lower(), picture.stored
     codec = WRITERS[suffix]
@@ -137,7 +137,7 @@ def _write(
     if stored.shape[2] < 3 <= painted.shape[2]:
         report.conversions.append("grey -> RGB")
     is_lost = bool(report.dropped or report.conversions)
-    # a PNG holds grey, and what else was noted so far is lost there, too
+    # a PNG could hold grey; everything else noted so far would be lost in a PNG, too
     is_lost_in_png = (is_lost and not is_grey) or _loses_tags(picture.tags)
     written = encode_picture(target.part, _fitting(painted, picture.depth, report), metadata)
     report.dropped += _lost_metadata(written, target.part, metadata)
@@ -160,7 +160,7 @@ def _loses_tags(tags: FileTags) -> bool:
 def _fitting(pixels: np.ndarray, depth: int, report: Report) -> np.ndarray:
     """Pixels that the output format can hold: PNG all, WebP 8 bits, JPEG 8 bits without alpha.
 
-    depth: bits a sample of the source, for the report.
+    depth: bits per sample of the source, for the report.
     """
     name = {"jpeg": "JPEG", "webp": "WebP"}.get(report.codec)
     if name is None:
@@ -182,8 +182,10 @@ def _without_thumbnail(metadata: Metadata) -> Metadata:
 
 
 def _of_these_colours(metadata: Metadata, pixels: np.ndarray, report: Report) -> Metadata:
-    """Metadata without an ICC profile of other colours than those of the pixels: what was stored as
-    CMYK is read as RGB, and a grey picture that is painted, or written as WebP, becomes RGB."""
+    """The metadata, without an ICC profile for other colours than those of the pixels.
+
+    CMYK is read as RGB, and a grey picture that is painted, or written as WebP, becomes RGB.
+    """
     # the data colour space (ICC.1:2022, section 7.2.8)
     found = metadata.get(ICC_PROFILE, b"")[16:20]
     if found != b"CMYK" and (found != b"GRAY" or pixels.shape[2] < 3):

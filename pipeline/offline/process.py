@@ -38,10 +38,10 @@ def process_video(
 
     on_progress(frames done, frames expected or None, frames per second of the source) is called a
     few times a second.
-    workers: what paints the segments of `split_minutes`; None: processes of this machine. They are
-    stopped when the segments end, and serve no other video; one that is painted whole does not use
-    them.
-    Raises TypeError for an argument of another type, else one of `errors`; dst is then unchanged,
+    workers: paint the segments of `split_minutes`; None: processes of this machine. Workers are
+    stopped when the segments end, and serve no other video. A video that is painted whole does not
+    use them.
+    Raises TypeError for an argument of a wrong type, else one of `errors`; dst is then unchanged,
     or still does not exist.
     A script that sets `split_minutes` needs `if __name__ == "__main__"` around its call, since the
     processes of the segments import it.
@@ -99,7 +99,7 @@ def _in_segments(
 
 
 def _copy(source: VideoSource | None) -> list[tuple[str, Stage]]:
-    """Nothing is painted: no stage between decoder and encoder."""
+    """The stages of a run that paints nothing: none between decoder and encoder."""
     if source is not None:
         check_memory(COPY_VIDEO, source.frame_px)
     return []

@@ -13,28 +13,28 @@ from makeup_video.pipeline.faces.face import MIN_FACE_PX
 class Report:
     """Counts and times of one run. Seconds are of the wall clock unless the name has "cpu" in it.
 
-    encoder: FFmpeg's name of it.  encoder_note: how it was chosen, where hardware was asked for,
-    and a warning where few players can show the output.
+    encoder: FFmpeg's name of the encoder.  encoder_note: how it was chosen, where hardware was
+    asked for, and a warning where few players can show the output.
     max_pts_error_seconds: the largest distance between a frame's time in the source and in the
     output: 0.0 in mp4 and mov, at most half a millisecond in mkv and webm.
     lost_frames: in the file, but not decodable.
     skipped_packets: damaged packets of other streams.
-    dropped, converted: streams and metadata that the output could not hold, or not as they were;
-    the latter names moved times, too.
-    hardly_played: streams that were copied, and that few players can play in the output.
+    dropped: streams and metadata that the output could not hold.  converted: those that it could
+    not hold as they were, and times that were moved.
+    hardly_played: copied streams that few players can play in the output.
     conversions: changes of the pixel format or the size before painting.
     frames_with_face, faces: how many frames show a face, and how many faces there are in all; None
     in a run that does not find faces.
     tiny_faces: how often a face was left alone because it was too small.
     painted_frames: how many frames were painted; None where nothing was to be painted.
-    why_unpainted: why none was painted although faces were found, or some parts of the look were
-    not.
+    why_unpainted: why no frame was painted although faces were found, or why some parts of the look
+    were not.
     segments: how many the video was painted in.  why_whole: why it was not split as asked.
     media_seconds: the length of the video that was painted, from its first frame on.
     first_packet_unix_seconds: the wall clock when the first packet of video was written.
     peak_memory_bytes: of the process that held the most.
     stages: items, busy_seconds and cpu_seconds of each actor.
-    channels: capacity and mean_fill of each channel; none of a video in segments.
+    channels: capacity and mean_fill of each channel; empty for a video in segments.
     """
 
     source: str

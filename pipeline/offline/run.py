@@ -32,7 +32,7 @@ def run_stages(
 
     stages(source), or stages(None) for a picture, is called before the output is begun. Together
     the stages turn a Frame into a Frame; for a picture none of them may look ahead.
-    on_progress: see process_video.  Raises one of `errors`; dst is then missing, or what it was.
+    on_progress: see process_video.  Raises one of `errors`; dst is then missing, or unchanged.
     """
     clock, path = RunClock(), local_file(src)
     check_name(dst)
@@ -67,7 +67,7 @@ def _through(stages: list[tuple[str, Stage]], frame: Frame) -> Frame:
 
 
 def compared(stages: list[tuple[str, Stage]]) -> list[tuple[str, Stage]]:
-    """Show a frame before and after the last stage, which paints; without stages, twice."""
+    """Show a frame before and after the last stage, which paints; without stages, show it twice."""
     *others, (name, last) = stages or [("compare", lambda frame: frame)]
     return [*others, (name, SideBySide(last))]
 

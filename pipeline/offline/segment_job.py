@@ -39,7 +39,7 @@ class SegmentJob:
     path: where to write the painted segment.
     settings: of the whole run, without functions.
     seen_again_from: time, in ticks of the source, from which the next segment sees the frames, too.
-    known: what the segments before say of its faces; None: the segment's own numbers serve.
+    known: what earlier segments say about its faces; None: the segment uses its own numbers.
     """
 
     source: Path
@@ -70,8 +70,10 @@ class SegmentJob:
         return replace(self, source=Path(source), path=Path(path))
 
     def brought_back(self, result: "SegmentResult") -> "tuple[SegmentResult, list[int]]":
-        """The result of this job `at_full_paths` or as `moved`, as if on its own files; places of
-        whole outputs."""
+        """(the result, as if this job had written its own files; the places of whole outputs).
+
+        result: of this job `at_full_paths` or as `moved`.
+        """
         return replace(result, file=replace(result.file, path=self.path)), [0]
 
     def without(self, result: "SegmentResult", at: int, error: MakeupVideoError) -> "SegmentResult":
@@ -83,12 +85,12 @@ class SegmentJob:
 class SegmentResult:
     """A painted segment, and what was counted; it can be pickled.
 
-    span: when its first frame begins, and its last one ends, in seconds of the video.
+    span: when its first frame begins and its last one ends, in seconds of the video.
     before, after, numbers: as in SegmentFaces.  chosen_frames, painted_areas: as in Composite.
     largest_first, largest_id: the largest face when the segment began, and the one that was painted
     last as the largest.
-    Faces have the segment's own numbers, but those of the largest face are the video's, where the
-    job knew them.
+    Faces have the segment's own numbers. Only largest_first and largest_id are the video's numbers
+    where the job knew them.
     """
 
     file: SegmentFile
@@ -134,6 +136,7 @@ def _painted(
     painting = _Painting(job, source)
     convert = encoding.convert()
     threads = decoder_threads(job.settings.decoder_threads)
+    # the video's first frame opens the encoder of every segment: see first_frame
     with closing(open_video(job.source)) as opening:
         encoder = encoding.encoder(writer, opening, job.settings.encoder_threads)
         with closing(open_decoder(opening, encoding, writer, job.settings)) as begin:
@@ -168,7 +171,7 @@ def _painted(
 class _Painting:
     """The stages of one segment, and what they counted.
 
-    ahead_frames: how many frames behind the segment the smoothing needs.
+    ahead_frames: how many frames after the segment the smoothing needs.
     """
 
     def __init__(self, job: SegmentJob, source: VideoSource) -> None:

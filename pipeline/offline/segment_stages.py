@@ -1,4 +1,4 @@
-"""The stages of one segment: its run-up settles them, and only its own frames leave the last."""
+"""The stages of one segment: the run-up settles them; only the segment's frames leave the last."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -50,7 +50,7 @@ class SegmentFaces:
 
 
 class UntilEnd:
-    """Passes on the frames up to the end of the segment; those behind it only served smoothing."""
+    """Passes on frames up to the end of the segment; frames after it only served the smoothing."""
 
     def __init__(self, segment: Segment, stage: Stage) -> None:
         self._segment, self._stage = segment, stage
@@ -60,12 +60,13 @@ class UntilEnd:
 
 
 class FromBeginning:
-    """Passes on the segment's own frames. Those of the run-up are not painted, but what painting
-    keeps from frame to frame settles.
+    """Passes on the segment's own frames. Frames of the run-up are not painted; they only settle
+    what painting keeps from frame to frame.
 
-    composite: the stage that paints.  paint: the same, or what shows a frame before and after it.
-    known: of the faces; None where the segment's own numbers serve.
-    largest_first: the face that was the largest when the segment began; None for none.
+    composite: the stage that paints.  paint: the same, or a stage that shows each frame before and
+    after painting.
+    known: what is known of the faces; None: the segment uses its own numbers.
+    largest_first: the face that was the largest when the segment began, if any.
     """
 
     def __init__(
@@ -109,6 +110,6 @@ def _numbered(item: FrameScene, numbers: Mapping[int, int]) -> FrameScene:
 
 
 def _in_video(scene: FaceScene, numbers: Mapping[int, int]) -> int:
-    """The video's number of a face; a negative one for a face of the run-up alone."""
+    """The video's number of a face; a negative number for a face seen only in the run-up."""
     own = scene.face.track_id
     return numbers.get(own, -1 - own)

@@ -17,8 +17,8 @@ BIT_DEPTHS = (8, 10, 12)
 _FLAGS = ("overwrite", "strict", "sdr", "compare")
 _TEXTS = ("codec", "preset")
 _FUNCTIONS = ("observe", "on_whole")
-# The least and the most of each whole number. The codec knows the range of crf; of processes that
-# are given by their number there may be any, and each thread of a decoder takes some MB.
+# The lowest and highest value of each whole number. The codec knows the range of crf. There may be
+# any number of processes, but not of threads, since each thread of a decoder takes some MB.
 _RANGES = {
     "crf": (-math.inf, math.inf),
     "jobs": (1, math.inf),
@@ -46,30 +46,30 @@ _OF_VIDEOS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """How to write the output. None: the default that suits source and container.
+    """How to write the output. None stands for the default that suits source and container.
 
     codec, crf, preset: of the video encoder.
-    hardware: a hardware encoder, see `media/hardware.py`: "auto" takes the first that works, and
-    else the codec's own encoder; "none" never takes one.
+    hardware: a hardware encoder, see `media/hardware.py`. "auto" takes the first one that works,
+    or else the codec's own encoder; "none" never takes a hardware encoder.
     start_seconds, end_seconds: the excerpt to keep, counted from where the file begins.
     overwrite: replace an output that exists.
     strict: raise rather than drop or convert a stream.
-    bit_depth: 8, 10 or 12 bits a sample; None: that of the source, but 8 in H.264.
+    bit_depth: 8, 10 or 12 bits per sample; None: as in the source, but 8 in H.264.
     sdr: turn HDR into SDR.
     faces: whom to paint: "all", "largest", or the number of a face, as inspect_video draws it.
     compare: show before and after side by side.
-    split_minutes: paint the video in segments of about so many minutes, each in a process of its
-    own, and join them; None: in one run.
+    split_minutes: paint the video in segments of about this many minutes, each in its own process,
+    and join them; None: paint it in one run.
     jobs: how many segments are painted at once; None: half as many as there are cores.
     device: the OpenCL device that paints, by its number or a part of its name; "": the processor.
-    decoder_threads, encoder_threads: 0: FFmpeg chooses; None: half as many as there are cores for
-    the decoder; FFmpeg's choice for the encoder, but one a core for H.264 of 2160p.
+    decoder_threads, encoder_threads: 0: FFmpeg chooses. None: for the decoder half as many as there
+    are cores; for the encoder FFmpeg's choice, but one per core for H.264 of 2160p.
     stage_threads: threads that share the stages between decoder and encoder; None: as in Runner.
     observe: called with the time that each stage took for each item, by the threads of the stages.
     on_whole: called, by any thread, when the output is whole and about to get its name.
 
-    An int for faces or device is taken as its number, a float or Decimal in place of a Fraction by
-    the decimals that it is shown with. Raises UsageError.
+    faces and device may be ints. A float or Decimal in place of a Fraction counts as exactly the
+    decimals that it is shown with. Raises UsageError.
     """
 
     codec: str | None = None
@@ -160,7 +160,7 @@ class Settings:
 
     @classmethod
     def checked(cls, settings: object) -> Self:
-        """The settings, those by default for None. Raises TypeError for another type."""
+        """The settings, or the defaults for None. Raises TypeError for another type."""
         if settings is None:
             return cls()
         if not isinstance(settings, cls):
@@ -175,7 +175,7 @@ class Settings:
         return self.given(_OF_VIDEOS)
 
     def for_pictures(self) -> Self:
-        """The same without what applies to videos only."""
+        """The same settings without those that apply to videos only."""
         default = Settings()
         return replace(self, **{name: getattr(default, name) for name in _OF_VIDEOS})
 
@@ -186,8 +186,11 @@ class Settings:
 
 
 def _exact(value: object, name: str) -> Fraction | None:
-    """A time of any type of number, by the decimals that it is shown with: a float of 0.1 is a
-    little more, so a frame at 1/10 s would be left out. Raises UsageError."""
+    """The exact value of the decimals that a number is shown with, whatever its type.
+
+    The float 0.1 is a little more than 1/10, so a frame at 1/10 s would be left out.
+    Raises UsageError.
+    """
     if value is None:
         return None
     try:
@@ -202,13 +205,13 @@ def _exact(value: object, name: str) -> Fraction | None:
 
 
 def check_progress(on_progress: object) -> None:
-    """Raises TypeError unless it is a function or None."""
+    """Raises TypeError unless on_progress is a function or None."""
     if not (on_progress is None or callable(on_progress)):
         raise TypeError(f"on_progress must be a function or None, got {type(on_progress).__name__}")
 
 
 def check_whom(faces: str) -> None:
-    """Raises UsageError unless it says whom to paint."""
+    """Raises UsageError unless `faces` says whom to paint."""
     if not re.fullmatch(r"all|largest|0|[1-9][0-9]{0,8}", faces):
         raise UsageError(
             f"{option('faces')} must be all, largest, or the number of a face, got {faces!r}"

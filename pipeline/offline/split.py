@@ -27,8 +27,8 @@ from makeup_video.pipeline.offline.video import Progress, Video, begin_video
 
 
 def plan_of(src: str | os.PathLike[str], look: Look, minutes: Fraction, settings: Settings) -> Plan:
-    """Where to split a video, or the excerpt that the settings keep, into segments of about so
-    many minutes.
+    """Where to split a video, or the excerpt that the settings keep, into segments of about
+    `minutes` minutes.
 
     Raises UsageError, InputError, DecodeError.
     """
@@ -66,7 +66,7 @@ def process_in_segments(
             _count(video.decoder.stats, painted)
             lost = [text for result in painted.results for text in result.report.dropped]
             if lost:
-                video.muxer.drop(lost[0])  # the others are its continuations
+                video.muxer.drop(lost[0])  # later segments lose the same
             join.finish([result.file for result in painted.results])
         report = video.report()
     clock.write(report)
@@ -86,10 +86,10 @@ def _ticker(video: Video, on_progress: Progress | None) -> Callable[[int], None]
 
 @contextmanager
 def _folder(target: OutputFile, overwrite: bool) -> Generator[Path, None, None]:
-    """A folder for the segments beside the output, which is gone when the block ends.
+    """A folder for the segments, beside the output; removed when the block ends.
 
-    It is named after the part, which is locked: while the output is open no other run has the same
-    folder.
+    The folder is named after the part, which is locked, so no other run has the same folder while
+    the output is open.
     """
     folder = target.path.with_name(f"{target.part.name}.segments")
     with write_errors(folder):
@@ -143,7 +143,7 @@ def _jobs(
 
 
 def _count(stats: DecodeStats, painted: PaintedSegments) -> None:
-    """The counts of all segments, in place of those of the first frame, which was decoded twice."""
+    """Put the counts of all segments in place of the first frame's, which was decoded twice."""
     reports = [result.report for result in painted.results]
     stats.frames = sum(report.frames_in for report in reports)
     stats.corrupt_frames = sum(report.corrupt_frames for report in reports)

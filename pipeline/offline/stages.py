@@ -45,7 +45,7 @@ class FaceRun:
         else:
             check_memory(PAINT_VIDEO if self._paints else SHOW_VIDEO, source.frame_px)
         assert self._rest is not None, "a run has its stages made once"
-        # it may refer to who holds this run: encoders and decoders would stay in memory
+        # `rest` may refer to the owner of this run, and would keep encoders and decoders in memory
         make_rest, self._rest = self._rest, None
         rest = make_rest()
         if source is None:
@@ -94,7 +94,7 @@ class PaintRun(FaceRun):
 
 
 def count_painted(composite: Composite, report: Report) -> None:
-    """Write into a report, which has its counts of faces, how many frames were painted."""
+    """Write how many frames were painted into a report that already has its counts of faces."""
     report.painted_frames = composite.painted_frames
     tell_unpainted(
         report,

@@ -1,4 +1,4 @@
-"""Why faces that were found were not painted, or not with all of a look."""
+"""Says why faces that were found were not painted, or not with the whole look."""
 
 from collections.abc import Collection
 
@@ -18,7 +18,7 @@ def tell_unpainted(
     numbers: set[int],
     painted_areas: Collection[str],
 ) -> None:
-    """Write the reason into a report, which has its other counts.
+    """Write the reason into a report that already has its other counts.
 
     chosen_frames, numbers, painted_areas: as in Composite.
     """

@@ -18,7 +18,7 @@ from makeup_video.pipeline.offline.encoding import Encoding, choose_encoding, de
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.settings import Settings
 
-_CHANNEL_FRAMES = 3  # each stage works on so many in turn: more save hardly any time
+_CHANNEL_FRAMES = 3  # each stage works on this many in turn; more would save hardly any time
 _CHANNEL_BYTES = 4_200_000  # of frames that wait: three of 720p, one of 1080p and more
 
 # (frames done, frames expected or None, frames per second of the source)
@@ -36,7 +36,7 @@ class Video:
     encoder: VideoEncoder
 
     def report(self) -> Report:
-        """As video_report."""
+        """See video_report."""
         return video_report(self.source, self.output, self.decoder, self.encoder, self.muxer)
 
 
@@ -96,7 +96,7 @@ def channel_frames(source: VideoSource) -> int:
 def video_report(
     source: VideoSource, output: Path, decoder: Decoder, encoder: VideoEncoder, muxer: Muxer
 ) -> Report:
-    """The report of a finished video, without what the stages and channels know.
+    """The report of a finished video, without the times of stages and the fill of channels.
 
     source: still open, since by now its name may lead to another file.
     """

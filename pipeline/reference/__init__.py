@@ -1,1 +1,1 @@
-"""One run over a photo: the look that it shows."""
+"""Reads a look from a photo."""

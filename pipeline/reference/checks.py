@@ -13,31 +13,32 @@ from makeup_video.pipeline.faces.lip_mask import lip_mask
 from makeup_video.pipeline.faces.net import read_array
 from makeup_video.pipeline.faces.topology import EYE_CORNERS, FACE_OVAL, LIPS
 
-MIN_WIDTH_PX = 100  # of the face
+MIN_WIDTH_PX = 100  # least width of the face
 MAX_TURN_DEGREES = 40
 # A face narrower than this share of the largest face is a person in the background.
 BYSTANDER = 0.4
-# Least difference of a face's chroma from what its luma alone gives (8-bit codes, see _own_chroma).
-# Of 974 photos that are not grey, the 17 toned ones have up to 3.0, the others from 3.7 on.
+# The least chroma of a face that does not follow from its luma (8-bit codes, see _own_chroma). Of
+# 974 photos that are not grey, the 17 toned ones have up to 3.0, the others 3.7 or more.
 TINT_CODES = 3.2
-# Least median of a face's brightest channel: below it, the camera's noise outweighs the signal. In
-# portraits in poor light it is 45 or more.
+# The least median of a face's brightest channel. Below it, the camera's noise outweighs the signal;
+# portraits in poor light have 45 or more.
 DARK_CODES = 25
-# Where two channels clip at white, the hue is lost. In ordinary lips that share is 0.04 at most,
-# shine included.
+# A pixel with two channels at white has lost its hue. The first is the code of white, the second
+# the largest share of such pixels on the lips. Ordinary lips have at most 0.04, shine included.
 LOST_CODE, MOST_LOST = 254, 0.2
-_SAMPLE_PX = 64  # shorter side of the box around a face, as its colours are judged
+_SAMPLE_PX = 64  # the box around a face is reduced to this shorter side to judge its colours
 _LUMA = np.array([0.299, 0.587, 0.114])  # of R'G'B', BT.601
 _BLACK_CODE, _WHITE_CODE, _FEWEST_PIXELS = 2, 250, 200  # clipped channels show no tint
-_MEDIUM, _SHADE = 100.0, 30.0  # luma of a face, and of a shade whose chroma is mostly noise
-# Least share of a region's points in the picture, so that at most the region's rim is cut off.
+_MEDIUM, _SHADE = 100.0, 30.0  # luma of a medium face, and of shadow, whose chroma is mostly noise
+# Least share of a region's points in the picture: at most the region's rim may be cut off.
 _NEARLY_ALL = 0.9
 
 
 def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
-    """The face to read, of faces sorted by size. Raises PhotoError.
+    """Choose the face to read. Raises PhotoError.
 
-    chosen: "largest", the number of a face, or "" for the only one, as in look_from_photo. Much
+    faces: largest first.
+    chosen: "largest", the number of a face, or "" for the only face, as in look_from_photo. Much
     smaller faces in the background do not count. When several faces could be meant, the error is a
     SeveralFacesError with these `faces`.
     """
@@ -66,16 +67,16 @@ def choose_face(faces: Sequence[Face], chosen: str = "") -> Face:
 
 
 def faces_within(rgb8: np.ndarray) -> tuple[Face, ...]:
-    """The faces of a photo whose lips lie in it, largest first; all faces when there is none.
+    """The faces whose lips lie within the photo, largest first; all faces if no face's lips do.
 
-    rgb8: (H, W, 3) uint8, encoded R'G'B'. A neighbour whom the photo cuts off is not meant.
+    A neighbour whom the photo cuts off is not meant.  rgb8: (H, W, 3) uint8, encoded R'G'B'.
     """
     faces = find_faces(rgb8)
     return tuple(face for face in faces if is_inside(rgb8, face, LIPS)) or faces
 
 
 def check_face(rgb8: np.ndarray, face: Face) -> None:
-    """Raises PhotoError when makeup cannot be read from this face."""
+    """Raise PhotoError when makeup cannot be read from this face."""
     if not is_sound(face):
         raise PhotoError("the face has numbers that are not finite: give one of find_faces")
     if width_px(face) < MIN_WIDTH_PX:
@@ -108,16 +109,17 @@ def check_face(rgb8: np.ndarray, face: Face) -> None:
 
 
 def width_px(face: Face) -> float:
-    """The width of the face: between the outermost points of its oval, along the eyes."""
+    """The width of the face's oval along the line through the eyes, in px."""
     across = face.points_px[EYE_CORNERS[1], :2] - face.points_px[EYE_CORNERS[0], :2]
     along = face.points_px[FACE_OVAL, :2] @ across / max(math.hypot(*across.tolist()), 1e-9)
     return float(np.ptp(along))
 
 
 def turn_degrees(face: Face) -> float:
-    """The angle between the direction of the nose and the viewer; a tilt of the head is no turn.
+    """The angle between the direction in which the face looks and the direction of the viewer.
 
-    From the rotation that brings the mean face closest to the points (Kabsch 1976).
+    Tilting the head to the side does not change it. The angle comes from the rotation that brings
+    the mean face closest to the points (Kabsch 1976).
     """
     mean = _mean_face()
     points = face.points_px.astype(np.float64)
@@ -140,7 +142,7 @@ def _mean_face() -> np.ndarray:
 
 
 def _sample(rgb8: np.ndarray, face: Face) -> np.ndarray:
-    """(N, 3) uint8, the box around a face in some thousand pixels."""
+    """(N, 3) uint8: the box around a face, reduced to a few thousand pixels."""
     size = np.array(rgb8.shape[1::-1])
     low = np.clip(face.points_px[:, :2].min(0), 0, size - 1).astype(int)
     high = np.clip(face.points_px[:, :2].max(0), low + 1, size).astype(int)
@@ -151,10 +153,10 @@ def _sample(rgb8: np.ndarray, face: Face) -> np.ndarray:
 
 
 def _own_chroma(rgb8: np.ndarray, face: Face) -> float:
-    """How far the chroma of a face's pixels is from a curve over their luma, in codes at medium
-    brightness.
+    """How far the chroma of a face's pixels lies from a curve over their luma.
 
-    In grey and toned pictures (sepia, duotone) the chroma follows from the luma.
+    In grey and toned pictures (sepia, duotone) the chroma follows from the luma. The unit is a code
+    at medium brightness.
     """
     pixels = _sample(rgb8, face).astype(np.float64)
     unclipped = pixels[(pixels.max(1) < _WHITE_CODE) & (pixels.min(1) > _BLACK_CODE)]
@@ -169,13 +171,13 @@ def _own_chroma(rgb8: np.ndarray, face: Face) -> float:
 
 
 def _lost_share(rgb8: np.ndarray, face: Face) -> float:
-    """The share of the lips whose hue is lost: two or three channels are at white."""
+    """The share of the lips' pixels whose hue is lost: two or three channels are at white."""
     lips = rgb8[lip_mask(rgb8, face) > 0.5]
     return float(((lips >= LOST_CODE).sum(1) >= 2).mean()) if len(lips) else 0.0
 
 
 def face_list(faces: Sequence[Face]) -> str:
-    """'0 at (120, 300), 210 px wide; ...'."""
+    """List faces for a message, such as '0 at (120, 300), 210 px wide; ...'."""
     entries = []
     for face in faces:
         x, y = face.points_px[:, :2].mean(0)

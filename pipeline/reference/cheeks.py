@@ -1,5 +1,4 @@
-"""The cheeks of a photo, and bare ones: places on the mean face, and how they differ from plain
-skin."""
+"""The cheeks of a photo, and bare cheeks: how each place differs from the face's plain skin."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -23,27 +22,27 @@ from makeup_video.pipeline.reference.product_film import ProductFilm
 from makeup_video.pipeline.render.opencl import once_a_process, open_device
 from makeup_video.pipeline.render.surfaces.face import face_kernel, face_surface
 
-# The map of bare cheeks: what it spans, in IOD of the mean face, and its cells. Both cheeks share
-# it: `across` counts from the middle of the face.
+# The map of bare cheeks: the ranges of `across` and `down` that it spans, in IOD of the mean face,
+# and its cells along a side. Both cheeks share the map, so `across` is a distance from the middle.
 ACROSS, DOWN, SIDE = (0.0, 1.1), (-0.15, 0.85), 32
-# Where blush may lie.
+# Where blush may lie, in IOD of the mean face.
 _NEAR_ACROSS, _NEAR_DOWN = (0.2, 0.85), (0.02, 0.65)
-_KNOWN = 0.5  # how well bare faces are known there at least
-_BLUR_PX = 1.5  # of the neutral face
-_UNLIKE_SKIN = 0.3  # what a node counts that is seen and unlike skin: blush, or hair
-# How much a blush of opacity 1 covers, and how much of its own root it adds: measured on bare faces
-# by training/worn/bare_skin.py.
+_KNOWN = 0.5  # a node counts only where bare faces are known better than this
+_BLUR_PX = 1.5  # sigma, px of the neutral face
+_UNLIKE_SKIN = 0.3  # weight of a node that is visible but unlike skin: it may be blush, or hair
+# How much a blush of opacity 1 covers, and how much of its own root it adds, as measured on bare
+# faces by training/worn/bare_skin.py.
 COVER, RESPONSE = 0.89, 0.91
 _KIND = KINDS["blush"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cheeks:
-    """Nodes of the face's surface, (40, 40) each.
+    """Nodes of the face's surface; each array is (40, 40).
 
-    roots: (40, 40, 3), of their shares of skin.  across, down: as of FaceFields.
-    skin: 0..1, how far a node is skin that is seen.
-    visible: 0..1, how far it is seen, whatever its colour.
+    roots: (40, 40, 3), of shares of skin.  across, down: as in FaceFields.
+    skin: 0..1, how visible a node is and how much like skin.
+    visible: 0..1, how visible a node is, whatever its colour.
     """
 
     roots: np.ndarray
@@ -59,13 +58,13 @@ class Cheeks:
         return x.astype(np.float32), y.astype(np.float32)
 
     def made_up(self) -> np.ndarray:
-        """(40, 40) what each node counts where blush is worn: strong blush is unlike skin."""
+        """(40, 40) the weight of each node when blush is worn: strong blush is unlike skin."""
         seen: np.ndarray = np.maximum(self.skin, _UNLIKE_SKIN * self.visible)
         counted: np.ndarray = seen * self._may_blush()
         return counted
 
     def weights(self) -> np.ndarray:
-        """(40, 40) what each node counts: skin where blush may lie."""
+        """(40, 40) the weight of each node: how much it shows skin, where blush may lie; else 0."""
         counted: np.ndarray = self.skin * self._may_blush()
         return counted
 
@@ -75,8 +74,10 @@ class Cheeks:
     def within(
         self, across: tuple[float, float], down: tuple[float, float], known: float
     ) -> np.ndarray:
-        """(40, 40) bool: the nodes between two distances from the middle and two heights where bare
-        faces are known better than that."""
+        """(40, 40) bool: the nodes in these ranges where bare faces are known well enough.
+
+        across: distances from the middle of the face.  down: as in FaceFields.  known: see `known`.
+        """
         beside = np.abs(self.across)
         near = (beside > across[0]) & (beside < across[1])
         near &= (self.down > down[0]) & (self.down < down[1])
@@ -84,7 +85,7 @@ class Cheeks:
         return there
 
     def known(self) -> np.ndarray:
-        """(40, 40) how well bare faces are known there: 0..1."""
+        """(40, 40) how well bare faces are known at each node, 0..1."""
         known: np.ndarray = cv2.remap(_bare()[..., 3], *self.cells(), cv2.INTER_LINEAR)
         return known
 
@@ -103,7 +104,7 @@ class Cheeks:
 
 
 def density(cheeks: Cheeks, shape: Mapping[str, float]) -> np.ndarray:
-    """Float32, as many as there are nodes: how densely a blush lies on each, 0..1."""
+    """How densely a blush of this shape lies on each node: float32, 0..1, shaped like `skin`."""
     fields = FaceFields(cheeks.across[None], cheeks.down[None])
     (coat,) = _KIND.coats(fields, _plain(), _KIND.whole_shape(shape))
     dense = np.ones(1, np.float32) if coat.density is None else coat.density
@@ -112,7 +113,7 @@ def density(cheeks: Cheeks, shape: Mapping[str, float]) -> np.ndarray:
 
 
 def see_cheeks(neutral: NeutralFace) -> Cheeks | None:
-    """The cheeks of a photo; None for a face too small or seen from the side."""
+    """The cheeks of a photo; None for a face that is too small, or seen from the side."""
     frame = to_frame(np.ascontiguousarray(neutral.rgb8[..., ::-1]))
     _, kernel, lock = _shared_kernel()
     with lock:
@@ -128,8 +129,10 @@ def see_cheeks(neutral: NeutralFace) -> Cheeks | None:
 
 @once_a_process
 def _shared_kernel() -> tuple[Device, FaceKernel, Lock]:
-    """The kernel that makes the surfaces of faces, for one thread at a time, and its device, which
-    it does not keep alive. Opening one for each photo takes a hundred times as long as the kernel.
+    """The kernel that makes the surfaces of faces, its device, and a lock: one thread at a time.
+
+    The device is returned because the kernel does not keep it alive. Opening a device for each
+    photo would take a hundred times as long as the kernel.
     """
     device = open_device()
     return device, face_kernel(device), Lock()
@@ -137,7 +140,7 @@ def _shared_kernel() -> tuple[Device, FaceKernel, Lock]:
 
 @lru_cache(maxsize=1)
 def _plain() -> GraphicsParams:
-    """A blush of no special colour."""
+    """A blush of any colour, since densities do not depend on the colour."""
     return product(_KIND.first_rgb, _KIND.first_finish, _KIND.part)
 
 

@@ -1,9 +1,9 @@
-"""The colours of a face beside its skin, as a list of numbers, and the makeup that they show.
+"""The colours of a face compared with its plain skin, as numbers, and the makeup that they show.
 
-A net sees shapes, such as a line along the lashes; colours beside plain skin separate makeup from
-the shade of a brow or a flush more steadily (logistic regression on labelled photos,
-training/worn/fit_colours.py). Both together are better than either. Lipstick is detected on the
-lips alone, laid flat (flat_lips.py).
+A net sees shapes, such as a line along the lashes. Colours compared with plain skin separate makeup
+from a brow's shadow or a flush more reliably, by logistic regression on labelled photos
+(training/worn/fit_colours.py). Both together are better than either. Lipstick is detected from the
+flat lips alone (flat_lips.py).
 """
 
 from dataclasses import dataclass
@@ -17,22 +17,22 @@ from makeup_video.pipeline.reference.flat_eyes import FlatEye, eyes_of, mean_eye
 from makeup_video.pipeline.reference.flat_lips import FlatLips, flat_lips
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
 
-# The flat eyes are averaged over blocks of so many cells.
+# The flat eyes are averaged over blocks: rows and columns of blocks, and of cells in a block.
 BLOCKS, CELLS = (9, 8), (3, 6)
 # Areas of the eyes, in blocks: lid, crease, outer corner, under the eye.
 _EYE_AREAS = (np.s_[4:6, 2:6], np.s_[2:4, 2:6], np.s_[3:6, 5:7], np.s_[6:8, 2:6])
 _EYES = BLOCKS[0] * BLOCKS[1] * 3  # numbers of the eyes, which come first
-# What stands for a part that is not seen: about the median of bare faces.
+# Roots that stand for a part that is not seen: about the median of bare faces.
 _NO_EYES, _NO_LIPS, _NO_CHEEKS = 0.7, 0.7, 1.0
 _DARKEST = 1e-3
-_FURTHEST = 8.0  # distance from bare faces, beyond which a square says no more
+_FURTHEST = 8.0  # beyond this distance from bare faces the square of the distance stays the same
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Colours:
-    """A face in neutral light, and its parts beside plain skin; None where a part is not seen.
+    """A face in neutral light, and its parts; None for a part that is not seen.
 
-    each_eye: as of eyes_of.  eyes: (27, 48, 3) as of mean_eye.  lips: (N, 3) as of lip_pixels.
+    each_eye: from eyes_of.  eyes: (27, 48, 3) from mean_eye.  lips: (N, 3) from lip_pixels.
     """
 
     neutral: NeutralFace
@@ -48,8 +48,11 @@ class Colours:
         return cls(neutral, each, mean_eye(each), lips, cheeks, flat_lips(neutral))
 
     def logarithms(self) -> np.ndarray:
-        """(226,) float64: logarithms of eyes by blocks, lips, cheeks and skin, and the skin's
-        lightness squared."""
+        """(226,) float64: the logarithms of the face's colours.
+
+        They are those of the eyes by blocks, of lips, cheeks and skin. The square of the skin's
+        mean logarithm follows.
+        """
         eyes = np.full((*BLOCKS, 3), _NO_EYES)
         if self.eyes is not None:
             (down, across), (high, wide) = BLOCKS, CELLS
@@ -63,7 +66,7 @@ class Colours:
         return np.concatenate([np.log(np.maximum(parts, _DARKEST)), skin, [skin.mean() ** 2]])
 
     def log_odds(self) -> np.ndarray:
-        """(4,) of what is worn, in the order of WORN."""
+        """(4,) log-odds that each kind is worn, in the order of WORN."""
         weights = _weights()
         numbers = with_distances(self.logarithms(), _bare())
         others = weights[:, :-1] @ numbers + weights[:, -1]
@@ -71,7 +74,10 @@ class Colours:
 
 
 def areas(logarithms: np.ndarray) -> np.ndarray:
-    """(..., 226) -> (..., 6, 3): lips, cheeks, lid, crease, outer corner, under the eye."""
+    """Logarithms (..., 226) -> those of six areas, (..., 6, 3).
+
+    The areas are lips, cheeks, lid, crease, outer corner, and under the eye.
+    """
     blocks = logarithms[..., :_EYES].reshape(*logarithms.shape[:-1], *BLOCKS, 3)
     eyes = [blocks[(..., *area, slice(None))].mean((-3, -2)) for area in _EYE_AREAS]
     lips, cheeks = (logarithms[..., _EYES + at : _EYES + at + 3] for at in (0, 3))
@@ -79,10 +85,11 @@ def areas(logarithms: np.ndarray) -> np.ndarray:
 
 
 def with_distances(logarithms: np.ndarray, bare: np.ndarray) -> np.ndarray:
-    """(..., 226) -> (..., 238): how far each area is from those of bare faces (Mahalanobis 1936),
-    and the square. So violet lips differ from bare ones, which may be red or brown.
+    """Add each area's distance from bare faces, and its square: (..., 226) -> (..., 238).
 
-    bare: (6, 12), of each area the mean and the inverse covariance of bare faces.
+    By these distances (Mahalanobis 1936) violet lips differ from bare ones, which may be red or
+    brown. The squares are bounded, and divided by 4.
+    bare: (6, 12), the mean and the inverse covariance of each area on bare faces.
     """
     off = areas(logarithms) - bare[:, :3]
     inverse = bare[:, 3:].reshape(-1, 3, 3)
@@ -93,11 +100,11 @@ def with_distances(logarithms: np.ndarray, bare: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _weights() -> np.ndarray:
-    """(3, 239): of each number, and a constant, for all kinds but lipstick."""
+    """(3, 239): the weight of each number, and a constant, for all kinds but lipstick."""
     return read_array("worn_colours.npy").astype(np.float64)
 
 
 @lru_cache(maxsize=1)
 def _bare() -> np.ndarray:
-    """(6, 12), as of with_distances."""
+    """(6, 12), as with_distances takes it."""
     return read_array("bare_colours.npy").astype(np.float64)

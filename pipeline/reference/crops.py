@@ -1,4 +1,4 @@
-"""Input and output of the reference nets: a crop of each region, and seven numbers."""
+"""Input and output of the nets of lips and eyes: a crop of the region, and seven numbers."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from makeup_video.pipeline.render.scene import SceneLight
 # The graphics parameters that a net reads, in the order of its output.
 NUMBERS = ("opacity", "red", "green", "blue", "gloss", "gloss_roughness", "reflection")
 _GLOSS = NUMBERS.index("gloss")
-_GLOSS_UNIT = 4.0  # this gloss is 1 for the net, and the most that it was trained on
+_GLOSS_UNIT = 4.0  # this gloss is 1 for the net: the highest in its training
 _UNITS = np.array([1, 255, 255, 255, _GLOSS_UNIT, 1, 1], np.float64)
 
 
@@ -36,13 +36,14 @@ def eyes_middle(face: Face) -> np.ndarray:
 
 @dataclass(frozen=True, slots=True)
 class _Crop:
-    """A crop turned with the face, and the input of the net that is sampled from it.
+    """A crop that is turned with the face, and the net's input that is sampled from the crop.
 
-    input_wh, crop_wh: px. span: width of the crop in IOD. middle: of the region, (2,) px of the
-    picture. rise: how far the centre of the crop lies above it, in IOD.
+    input_wh, crop_wh: sizes of the net's input and of the crop, px.  span: width of the crop, IOD.
+    middle: finds the middle of the region, (2,) px of the picture.
+    rise: how far the centre of the crop lies above that middle, in IOD.
     needed: points of the face that must lie in the picture.
-    flatten: where in the crop each pixel of the input lies, given the face and the map from the
-    picture to the crop, as `input_places` returns it; None to sample the crop as it is.
+    flatten: given the face and the map from the picture to the crop, finds where in the crop each
+    pixel of the input lies, as `input_places` returns it; None: the input is the crop itself.
     """
 
     input_wh: tuple[int, int]
@@ -54,8 +55,8 @@ class _Crop:
     flatten: Callable[[Face, AffineArray], np.ndarray | None] | None = None
 
 
-# The regions that are read from photos. Each has a net in weights/, reference_NAME.onnx. That of
-# the eyes is a part of the baseline alone; lid_shimmer.py measures shimmer in its input.
+# The regions that are read from photos. Each has a net, weights/reference_NAME.onnx. Only the
+# baseline uses the net of the eyes, but lid_shimmer.py measures shimmer in that net's input.
 CROPS = {
     "lips": _Crop((128, 96), (128, 96), 0.9, _lips_middle),
     "eyes": _Crop(
@@ -76,8 +77,9 @@ def turned_crop(
 ) -> Crop:
     """A crop whose centre lies above a point of the picture, turned with the face.
 
-    Scale and turn are those of the face's lip patch, for every region.
-    middle: (2,) px of the picture.  rise, span: height above it, and width of the crop, in IOD.
+    For every region, the face's lip patch gives scale and turn.
+    middle: the point, (2,) px of the picture.  rise: height of the centre above it, in IOD.
+    span: width of the crop, in IOD.
     """
     patch, (w, h) = face.lips, size_wh
     axes = patch.to_px[:, :2] * (patch.logits.shape[1] / patch.span)  # px of the picture per IOD
@@ -89,7 +91,8 @@ def turned_crop(
 def input_places(face: Face, region: str) -> np.ndarray | None:
     """Where in the crop (px) each pixel of a net's input lies, (2, H, W) float32.
 
-    Lips are sampled as they are, lids are laid flat. None when the region cannot be seen.
+    The crop of the lips is sampled unchanged; lids are laid flat. None when the region cannot be
+    seen.
     """
     if (flatten := CROPS[region].flatten) is not None:
         return flatten(face, invert(crop_around(face, region)[0]))
@@ -100,7 +103,7 @@ def input_places(face: Face, region: str) -> np.ndarray | None:
 def net_input(crop: np.ndarray, places: np.ndarray, light: SceneLight) -> np.ndarray:
     """The input of a net, (H, W, 3) uint8 in neutral light, from a crop (h, w, 3) uint8.
 
-    places: as from input_places.
+    places: from input_places.
     """
     x, y = places
     sampled = cv2.remap(crop, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
@@ -121,10 +124,10 @@ def read_input(
 
 
 def divide_light(rgb8: np.ndarray, light: SceneLight) -> np.ndarray:
-    """(..., 3) uint8 as it would appear in neutral light of full strength; too bright is white.
+    """Colours (..., 3) uint8 as they would appear in neutral light of full strength.
 
-    rgb8, in and out: R'G'B' as sRGB encodes it. So a product shows its own colour, whatever the
-    light of the photo.
+    So a product shows its own colour, whatever the light of the photo. Colours that would be too
+    bright become white. In and out: R'G'B' as sRGB encodes it.
     """
     table = to_encoded(neutral_table(light), SRGB).clip(0, 1)
     divided: np.ndarray = cv2.LUT(rgb8, np.rint(255 * table).astype(np.uint8)[None])
@@ -132,24 +135,24 @@ def divide_light(rgb8: np.ndarray, light: SceneLight) -> np.ndarray:
 
 
 def to_targets(values: np.ndarray) -> np.ndarray:
-    """Numbers of a look (..., 7) -> targets of a net (..., 7), about 0 to 1."""
+    """NUMBERS (..., 7) -> targets of a net (..., 7), about 0 to 1."""
     targets = np.asarray(values, np.float64) / _UNITS
-    # The step from no gloss to a little is seen more easily than the next one.
+    # the step from no gloss to a little is easier to see than an equal step further up
     targets[..., _GLOSS] = np.sqrt(targets[..., _GLOSS])
     return targets
 
 
 def from_targets(targets: np.ndarray) -> np.ndarray:
-    """Targets of a net (..., 7) -> numbers of a look (..., 7), in the ranges of the training."""
+    """Targets of a net (..., 7) -> NUMBERS (..., 7), limited to the ranges of the training."""
     values: np.ndarray = np.clip(np.asarray(targets, np.float64), 0, 1)
     values[..., _GLOSS] **= 2
     return values * _UNITS
 
 
 def read_numbers(net: Callable[[np.ndarray], np.ndarray], rgb8: np.ndarray) -> np.ndarray:
-    """(7,) numbers of a look that a net reads from its input (H, W, 3) uint8.
+    """(7,) the NUMBERS that a net reads from its input (H, W, 3) uint8.
 
-    The mean over the input and its mirror image, which wear the same makeup.
+    They are the mean over the input and its mirror image, which show the same makeup.
     net: inputs (N, H, W, 3) -> targets (N, 7).
     """
     return from_targets(net(np.stack([rgb8, rgb8[:, ::-1]])).mean(0))

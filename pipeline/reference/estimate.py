@@ -1,10 +1,11 @@
-"""Reads a look from a photo: photo -> face -> what is worn -> layers of each kind -> Look.
+"""Reads a look from a photo: photo -> face -> kinds that are worn -> layers of each kind -> Look.
 
-A net that sees the whole face decides which kinds are worn (read_makeup.py). Colours are measured
-on the photo and compared with those of bare faces (fit_lips.py, fit_shadows.py, fit_blush.py). The
-shimmer of lids is measured, too (lid_shimmer.py). One net reads the roughness and the reflection of
-lips, from a crop whose light is divided out as in training (crops.py). Two small nets read the form
-of eyeliner (read_liner.py), and how lipstick shines and fades (read_lipstick.py).
+A net that sees the whole face, and the face's colours, decide which kinds are worn
+(read_makeup.py). Colours of makeup are measured on the photo and compared with bare faces
+(fit_lips.py, fit_shadows.py, fit_blush.py). The shimmer of the lids is measured, too
+(lid_shimmer.py). One net reads the roughness and the reflection of the lips from a crop whose light
+is divided out, as in its training (crops.py). Two small nets read the form of eyeliner
+(read_liner.py), and how lipstick shines and fades (read_lipstick.py).
 """
 
 import os
@@ -63,11 +64,11 @@ from makeup_video.pipeline.reference.read_makeup import (
 )
 from makeup_video.pipeline.render.scene import SceneLight
 
-# More shine is hardly ever worn: the nets take pale lips in bright photos for it, and the lips
-# would come out frosted.
+# More shine is hardly ever worn. The net takes pale lips in bright photos for shiny ones, and they
+# would be painted frosted.
 MOST_GLOSS, MOST_REFLECTION = 3.0, 0.35
-# From this probability of eyeshadow on, eyes that look different wear different layers: on bare
-# faces coloured light and masks make as large a difference.
+# Only from this probability of eyeshadow on do eyes that look different get different layers: on
+# bare faces, coloured light and masks make as large a difference.
 _SURE_OF_SHADOW = 0.95
 _CERTAINTIES = ((0.95, "almost certain"), (0.75, "likely"), (0.0, "not sure"))
 
@@ -76,21 +77,21 @@ _CERTAINTIES = ((0.95, "almost certain"), (0.75, "likely"), (0.0, "not sure"))
 class Estimate:
     """The look of a face in a photo, and how sure it is.
 
-    worn: by the name of the kind, the probability that it is worn, 0..1; of kinds below their
-    threshold the look has nothing.
+    worn: for each kind by its name, the probability that it is worn, 0..1. Kinds below their
+    threshold (WORN_FROM) have no layer in the look.
     """
 
     look: Look
     worn: Mapping[str, float]
 
     def certainty(self, kind: str) -> str:
-        """How sure it is that a kind is worn, or bare, in words."""
+        """In words, how sure it is that a kind is worn, or, if the look lacks it, not worn."""
         is_worn, probability = bool(self.look.of(kind)), self.worn[kind]
         sure = probability if is_worn else 1 - probability
         return next(word for least, word in _CERTAINTIES if sure >= least)
 
     def in_words(self) -> str:
-        """In one line: "lips #B4002E, glossy, opaque (almost certain); eyes bare (likely)"."""
+        """One line such as "lips #B4002E, glossy, opaque (almost certain); eyes bare (likely)"."""
         return "; ".join(
             f"{KINDS[kind].part} {part_in_words(self.look, kind) or 'bare'} "
             f"({self.certainty(kind)})"
@@ -99,23 +100,24 @@ class Estimate:
 
 
 def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
-    """The makeup worn in a photo: layers of every kind that is worn.
+    """The makeup worn in a photo: a look with layers of every kind that is worn.
 
     rgb8: (H, W, 3) uint8, upright, R'G'B' as sRGB encodes it, any size; it is not changed.
-    face: whose makeup, as `find_faces` found the face in this very picture; None: the only face.
+    face: the face that wears the makeup, as `find_faces` found it in this very picture; None: the
+    only face.
     Colours are those of the product in neutral light, whatever the light of the photo. Eyes beyond
-    the border of the picture are bare.
+    the border of the picture count as bare.
 
     Raises PhotoError with the reason when no look can be read: no face, several faces and none
     chosen, a face that is too small, turned too far, too dark or grey, a mouth that is covered,
-    overexposed lips. Raises ValueError for another shape or dtype, TypeError for what is no face,
-    InstallError when the nets are missing.
+    overexposed lips. Raises ValueError for another shape or dtype, TypeError for a `face` that is
+    no Face, InstallError when the nets are missing.
     """
     return estimate(rgb8, face).look
 
 
 def estimate(rgb8: np.ndarray, face: Face | None = None) -> Estimate:
-    """The same, with the probability of each kind of makeup."""
+    """As `estimate_look`, with the probability of each kind of makeup."""
     check_rgb8(rgb8)
     if face is None:
         face = choose_face(faces_within(rgb8))
@@ -138,7 +140,7 @@ def look_from_photo(
     photo: str | os.PathLike[str] | bytes,
     face: int | str | None = None,
 ) -> Look:
-    """The makeup worn in a photo file, or in the bytes of one, as `read_photo` reads it.
+    """The makeup worn in a photo file, or in a file's content as bytes; see `read_photo`.
 
     face: None or "" for the only face, "largest", or the number of a face, 0 being the largest.
     Raises PhotoError and InputError, which name the file, UsageError for another `face`, TypeError
@@ -157,11 +159,10 @@ def estimate_photo(
     name: str = "the photo",
     read: Callable[[bytes, str], np.ndarray] | None = None,
 ) -> Estimate:
-    """The same, with the probability of each kind of makeup.
+    """As `look_from_photo`, with the probability of each kind of makeup.
 
-    name: what messages call a photo that comes as bytes; a file has its own name.
-    read: decodes a photo that comes as bytes in place of `read_photo`, given the bytes and the
-    name.
+    name: the name in messages for a photo that comes as bytes; a file has its own name.
+    read: decodes a photo that comes as bytes, given the bytes and the name; None: `read_photo`.
     """
     chosen = "" if face is None else str(face)
     is_number = chosen.isascii() and chosen.isdigit() and len(chosen) < 10
@@ -175,7 +176,7 @@ def estimate_photo(
             )
             return _estimate_of(rgb8, chosen, photo, name)
     finally:
-        # Painting does not need these nets, nor their 50 MB.
+        # painting does not need these nets, which take 50 MB
         forget_nets()
         give_back_memory()
 
@@ -183,7 +184,7 @@ def estimate_photo(
 def _estimate_of(
     rgb8: np.ndarray, chosen: str, photo: str | os.PathLike[str] | bytes, name: str
 ) -> Estimate:
-    """As `estimate_photo`, of a photo that was read; errors name its file."""
+    """As `estimate_photo`, for a photo that is already decoded; errors name its file."""
     try:
         return estimate(rgb8, choose_face(faces_within(rgb8), chosen))
     except PhotoError as error:
@@ -194,12 +195,12 @@ def _estimate_of(
 
 
 def product_with(numbers: np.ndarray, region: str) -> GraphicsParams:
-    """Seven numbers of a look -> the product, with the settings of the nearest finish.
+    """A product with these seven NUMBERS; its other settings are those of the nearest finish.
 
-    The finish never shimmers: the numbers do not cover shimmer, and sparkles that nobody wears look
-    worse than missing ones.
+    The finish never shimmers: the numbers do not cover shimmer, and wrong sparkles look worse than
+    missing ones.
     """
-    # People read look files: write no more digits than the net can resolve.
+    # People read look files, so they hold no more digits than the net can resolve.
     rounded = np.round(np.asarray(numbers, np.float64), 3)
     g = dict(zip(NUMBERS, rounded.tolist(), strict=True))
     g["gloss"] = min(g["gloss"], MOST_GLOSS)
@@ -211,7 +212,7 @@ def product_with(numbers: np.ndarray, region: str) -> GraphicsParams:
 
 @dataclass(frozen=True, eq=False)
 class _Photo:
-    """A photo, one of its faces, and what is known of it."""
+    """A photo, one of its faces, and what was read from both so far."""
 
     rgb8: np.ndarray
     face: Face
@@ -274,7 +275,7 @@ def _blush(photo: _Photo) -> list[Layer]:
     return fit_blush(seen.neutral, seen.cheeks, shape, photo.makeup.worn["blush"])
 
 
-# By kind: its layers in a photo that wears it.
+# For each kind, the function that reads its layers from a photo in which it is worn.
 _READERS: Mapping[str, Callable[[_Photo], list[Layer]]] = {
     "lipstick": _lipstick,
     "eyeshadow": _eyeshadow,

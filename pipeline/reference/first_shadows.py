@@ -1,6 +1,6 @@
-"""The colours of eyeshadow with which the fit begins: those of four usual places.
+"""Finds the colours of eyeshadow with which the fit begins, in four usual places.
 
-Which four products, painted on the mean bare face, would look most like what is seen? Their colours
+Which four products, painted on the mean bare face, would look most like the photo? Their colours
 follow by least squares, because films mix linearly in roots of light (product_film.py).
 """
 
@@ -12,7 +12,7 @@ from makeup_video.pipeline.reference.neutral_face import LUMINANCE
 from makeup_video.pipeline.reference.product_film import bounded
 from makeup_video.pipeline.reference.shadow_cells import LIGHTER, VIVID, Cells, density_of
 
-# In the order of painting. They end further out than is usual, since outer ends lean inwards.
+# In the order of painting. The shapes end further out than usual, since outer ends lean inwards.
 _SHAPES: tuple[dict[str, object], ...] = (
     {"slot": "full", "outer": 1.22},
     {"slot": "outer", "outer": 1.37, "low": -0.6},
@@ -20,11 +20,11 @@ _SHAPES: tuple[dict[str, object], ...] = (
     {"slot": "under", "outer": 1.25, "low": -0.45},
 )
 _MOST_OPAQUE, _LEAST_OPAQUE = 0.8, 0.3
-_PALE_OPAQUE = 0.35  # a pale product is a sheer one: on darker skin it would look like chalk
-_CONTRAST = 0.35  # of roots between a product and skin, from which on it is as opaque as it can be
-_NEARLY = 0.92
-# In cells: what keeps a colour near that of skin. Where its cells hardly determine the colour, or
-# other products cover them, it would be an extreme one.
+_PALE_OPAQUE = 0.35  # a pale product is painted sheer: on darker skin it would look like chalk
+_CONTRAST = 0.35  # from this difference of roots between product and skin on, it is most opaque
+_NEARLY = 0.92  # from this share of white's root on, a channel counts as white
+# The weight, in cells, with which a colour is kept near skin. Without it, a colour that its cells
+# hardly determine, or whose cells other products cover, would become extreme.
 _STIFF = 1.0
 
 
@@ -34,7 +34,8 @@ def first_shadows(
     """The roots of up to four products, (N, 3), and how much of each shows, (N, 27, 24).
 
     seen: (27, 24, 3) roots.  most: (3,) the roots of white. Products that would have to be white
-    are left out: their skin is in strong light, and white on other skin would be a grey veil.
+    are left out: there, strong light lies on the skin, and white on other skin would look like a
+    grey veil.
     """
     shapes = [density_of(shape) for shape in _SHAPES]
     while shapes:
@@ -52,7 +53,7 @@ def first_shadows(
 
 
 def _fit(seen: np.ndarray, cells: Cells, shares: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """The roots of products, (N, 3), of which those shares show most like what is seen."""
+    """The roots of products, (N, 3), with which these shares look most like the roots `seen`."""
     film, weights = cells.film, cells.weights.ravel()
     rest = seen - film.bare * (1 - film.cover * shares.sum(0))[..., None]
     parts = (shares * film.response).reshape(len(shares), -1)
@@ -62,7 +63,7 @@ def _fit(seen: np.ndarray, cells: Cells, shares: np.ndarray, most: np.ndarray) -
 
 
 def _shares(shapes: Sequence[np.ndarray], opacities: Sequence[float], cells: Cells) -> np.ndarray:
-    """(N, 27, 24): how much of each product shows, where the later ones lie over the others."""
+    """(N, 27, 24): how much of each product shows when later products lie over earlier ones."""
     shares = np.zeros((len(shapes), *HW), np.float32)
     through = np.ones(HW, np.float32)
     for at in reversed(range(len(shapes))):
@@ -73,7 +74,7 @@ def _shares(shapes: Sequence[np.ndarray], opacities: Sequence[float], cells: Cel
 
 
 def _opacity(shape: np.ndarray, root: np.ndarray, cells: Cells) -> float:
-    """How opaque a product is: it is the sheerer, the less it differs from skin."""
+    """How opaque a product is: the less it differs from skin, the sheerer; so are pale ones."""
     film, share = cells.film, shape * cells.weights
     pure = film.response[..., None] / np.maximum(film.cover, 0.05)[..., None] * root
     off = ((pure - film.bare) * share[..., None]).sum((0, 1)) / max(float(share.sum()), 1e-9)

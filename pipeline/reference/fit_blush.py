@@ -1,5 +1,9 @@
-"""Fits a blush to the cheeks of a photo: the shape and colour that would make bare cheeks look most
-like them."""
+"""Fits a blush to the cheeks of a photo, so that bare cheeks painted with it look most like them.
+
+"Root" means a square root of light as a share of skin (product_film.py). What a blush "adds to the
+roots" may be below 0. A blush "reddens" by how much more it adds to red than to green, "blues" by
+how much more it adds to blue than to green, and "yellows" where it adds less to blue than to green.
+"""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -15,43 +19,43 @@ from makeup_video.pipeline.reference.product_film import likely_share
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
 _OPACITY = 0.5
-_ALL_FROM = 0.3  # probability of blush from which on all of the opacity is painted
-_UNLIKELY_SHARE = 0.6  # what of it is painted where blush is hardly likely
-_OWN_HUE = 0.4  # of the photo's skin, as of TypicalSkin
-_LEAST_RED = 0.02  # by how much more red than green it leaves, in roots of shares of skin
-_LEAST_BLUE = 0.2  # by how much more blue than red a blue blush leaves at least
-_MOST_LIT = 0.03  # how much lighter the cheek may then be: no light does both
-_DARKER = 0.02  # by how much a blue blush darkens at least
-_OLIVE = 0.9  # less red than this for what it yellows would be an olive or a ruddy cheek
-# What keeps the light on the cheeks at that of plain skin: for a blush as it stands out from plain
-# skin, and from the cheek around it.
+_ALL_FROM = 0.3  # from this probability of blush on, all of the opacity is painted
+_UNLIKELY_SHARE = 0.6  # share of the opacity that a hardly likely blush gets
+_OWN_HUE = 0.4  # share of the photo's own skin hue, as of TypicalSkin
+_LEAST_RED = 0.02  # a red blush reddens at least this much
+_LEAST_BLUE = 0.2  # a blue blush adds at least this much more to blue than to red
+_MOST_LIT = 0.03  # a cheek that is bluer and lighter than this shows light, not a blue blush
+_DARKER = 0.02  # a blue blush darkens at least this much
+_OLIVE = 0.9  # reddening by less than this share of the yellowing: an olive or ruddy cheek instead
+# The weights that keep the light on the cheeks near the light on plain skin: for a blush that
+# stands out from plain skin, and for one that stands out from the cheek around it.
 _EVEN = (2.5, 0.2)
-_DARKEST = 0.1  # light on the cheeks, as a share of the one on plain skin
-_STIFF = 1e-4  # keeps the product's root at that of skin
-# Blush is painted more vivid and lighter than it is fitted: it fades over half of its place.
+_DARKEST = 0.1  # least light on the cheeks, as a share of the light on plain skin
+_STIFF = 1e-4  # the weight that keeps the product's root near that of skin
+# Blush is painted more vivid and lighter than it is fitted, since it fades over half of its place.
 _VIVID = 1.1  # times as vivid
-_LIGHTEN = 0.15  # what of the light that it takes is given back
-_STANDS_OUT = 1.4  # more vivid still: part of a blush is taken for light
-# How much of what a red blush yellows is kept: on skin that is warmer than the photo's it would be
-# orange.
+_LIGHTEN = 0.15  # share of its darkening that is given back
+_STANDS_OUT = 1.4  # times as vivid against the cheek around it: part of a blush counts as light
+# The share of a red blush's yellowing that is kept. All of it would look orange on skin that is
+# warmer than the photo's.
 _YELLOWS = 0.45
-_BLUES = 0.05  # for the same reason a rose blues more, by this share of what it reddens
-_YELLOW = 0.15  # what yellows by more than this share of it is an orange, which does not
-_REDDENS = 0.12  # by how much a blush that is worn and hardly seen reddens at least, as most do
+_BLUES = 0.05  # for the same reason a rose blues more, by this share of its reddening
+_YELLOW = 0.15  # a blush that yellows by more than this share is orange, and does not blue more
+_REDDENS = 0.12  # a worn blush that is hardly seen reddens at least this much, as most do
 _ROSE = np.array([-0.12, -0.55, -0.48])  # what a rose of opacity 1 adds to the roots of skin
-# A blush that stands out from the cheek around it. One of opacity 1 leaves more red than green, by
-# _TINT times the power _FAINTER of how it tints the light, in logarithms: faint blush is painted
-# more vivid than it is seen, strong blush less.
+# The rest is for a blush that stands out from the cheek around it. At opacity 1 it reddens by _TINT
+# times the power _FAINTER of its red in Flush: faint blush is painted more vivid than it is seen,
+# strong blush less vivid.
 _TINT = 0.68
 _FAINTER = 0.6
-_LEAST_PATCH = 0.1  # with less, in roots, it is none
-_MOST_RED = 0.45  # the most that it gets, in roots
-_DARK = -0.25  # by how much less light a dark blush leaves, as contours are
-_DARKENS = 0.35  # by how much less light it leaves for what it reddens
-# By how much more blue than green it leaves, as a share of what it reddens.
-_COOLER = 0.1  # what is added to that where only the cheek around it shows it
-_ORANGE, _LILAC = -0.8, 0.6  # the least and the most
-_RUDDY = -0.4  # what blues less, and does not show beside plain skin, is no blush
+_LEAST_PATCH = 0.1  # a patch that reddens less is no blush
+_MOST_RED = 0.45  # a patch is painted with at most this reddening
+_DARK = -0.25  # what a dark blush such as a contour adds to the luminance of roots, at most
+_DARKENS = 0.35  # a patch darkens at least by this share of its reddening
+# The hue of a patch is its bluing as a share of its reddening.
+_COOLER = 0.1  # added to the hue of a blush that only the cheek around it shows
+_ORANGE, _LILAC = -0.8, 0.6  # the least and the greatest hue
+_RUDDY = -0.4  # a patch of a lower hue that does not show beside plain skin is no blush
 _LEAST_WEIGHT = 0.5  # about ten nodes of skin
 _KIND = KINDS["blush"]
 
@@ -62,10 +66,10 @@ def fit_blush(
     shape: Mapping[str, float],
     probability: float = 1.0,
 ) -> list[Layer]:
-    """The blush that fits, of a given shape or of that in which it stands out from the cheek; none
-    where nothing like blush is seen.
+    """The blush that fits; an empty list when nothing like blush is seen.
 
-    probability: that blush is worn; the less likely, the sheerer.
+    shape: the dials that a net read, used unless the blush stands out from the cheek around it in
+    another shape.  probability: that blush is worn; the less likely, the sheerer it is painted.
     """
     skin = TypicalSkin.of(neutral, _OWN_HUE)
     found = None
@@ -82,7 +86,7 @@ def fit_blush(
 def _fitted(
     cheeks: Cheeks, shape: Mapping[str, float], most: np.ndarray
 ) -> tuple[np.ndarray, Mapping[str, float]] | None:
-    """(3,) roots of the product, and its shape; None where nothing like blush is seen."""
+    """(3,) roots of the product, and its shape; None when nothing like blush is seen."""
     bare = _bare_below(cheeks, shape)
     if bare is None:
         return None
@@ -96,7 +100,7 @@ def _fitted(
 
 
 def _bare_below(cheeks: Cheeks, shape: Mapping[str, float]) -> np.ndarray | None:
-    """(3,) the mean root of bare cheeks where a blush lies; None where hardly any is seen."""
+    """(3,) the mean root of bare cheeks where a blush lies; None if hardly any of it is seen."""
     weights, dense = cheeks.made_up(), _OPACITY * density(cheeks, shape)
     if float((weights * (dense * RESPONSE) ** 2).sum()) < _LEAST_WEIGHT:
         return None
@@ -106,10 +110,10 @@ def _bare_below(cheeks: Cheeks, shape: Mapping[str, float]) -> np.ndarray | None
 
 
 def _beside_skin(cheeks: Cheeks, shape: Mapping[str, float], bare: np.ndarray) -> np.ndarray | None:
-    """(3,) what a blush of a given shape adds to the roots of cheeks; None where nothing like blush
-    is seen.
+    """(3,) what a blush of a given shape adds to the roots of cheeks, compared with plain skin.
 
-    Blush stands out from the cheek around it, where a ruddy or sallow cheek does not.
+    None when nothing like blush is seen: a red blush must also stand out from the cheek around it,
+    which a ruddy or sallow cheek does not.
     """
     dense = _OPACITY * density(cheeks, shape)
     beside_skin, beside_cheek = (
@@ -128,10 +132,11 @@ def _beside_skin(cheeks: Cheeks, shape: Mapping[str, float], bare: np.ndarray) -
 
 
 def _patch(flush: Flush, change: np.ndarray | None) -> np.ndarray | None:
-    """(3,) what a blush adds to the roots of cheeks where it stands out from the cheek around it;
-    None where it shows more beside plain skin.
+    """(3,) what a blush that stands out from the cheek around it adds to the roots of cheeks.
 
-    change: what it adds beside plain skin, if anything. Dark and blue blush shows there.
+    change: what the blush adds beside plain skin, as of _beside_skin.
+    None when the blush shows more clearly beside plain skin, as dark and blue blush does, or when
+    it is no blush.
     """
     red, beside, light = min(_TINT * flush.red**_FAINTER, _MOST_RED), 0.0, 0.0
     if change is not None:
@@ -155,9 +160,9 @@ def _patch(flush: Flush, change: np.ndarray | None) -> np.ndarray | None:
 def _root(cheeks: Cheeks, dense: np.ndarray, even: float) -> np.ndarray:
     """(3,) roots of the product, by weighted least squares over the nodes.
 
-    The light on the cheeks is fitted as well, a share of each channel: cheeks are often lighter
-    than the skin that the face is compared with, or in the warm light of a lamp from the side.
-    even: what keeps that light at the one on plain skin.
+    The light on the cheeks is fitted as well, as a factor for each channel: cheeks are often
+    lighter than plain skin elsewhere on the face, or in the warm light of a lamp from the side.
+    even: the weight that keeps this factor near 1.
     """
     film, weights = cheeks.film(), cheeks.made_up()
     left = film.bare * (1 - dense * film.cover)[..., None]
@@ -173,7 +178,7 @@ def _root(cheeks: Cheeks, dense: np.ndarray, even: float) -> np.ndarray:
 
 
 def _blue(change: np.ndarray) -> np.ndarray | None:
-    """What a blue or violet blush adds to the roots of a cheek, never light; None for another."""
+    """What a blue or violet blush adds to a cheek's roots, never light; None for other colours."""
     lighter = float(change @ LUMINANCE)
     if lighter > _MOST_LIT or change[2] <= max(float(change[0]) + _LEAST_BLUE, 0.0):
         return None
@@ -182,9 +187,11 @@ def _blue(change: np.ndarray) -> np.ndarray | None:
 
 
 def _red(change: np.ndarray) -> np.ndarray | None:
-    """What a blush that reddens adds to the roots of a cheek, never light, and only part of what
-    it takes: cheeks in strong light are paler than plain skin, and would be chalk; None for another
-    colour."""
+    """What a blush that reddens adds to the roots of a cheek; None for other colours.
+
+    The blush never adds light: cheeks in strong light are paler than plain skin, and would come out
+    chalky. Part of its darkening is given back.
+    """
     lighter = float(change @ LUMINANCE)
     change = change - max(lighter, float(change.max()) / 2, 0.0) + _LIGHTEN * max(-lighter, 0.0)
     if change[0] - change[1] < max(_LEAST_RED, (change[1] - change[2]) * _OLIVE):
@@ -193,8 +200,7 @@ def _red(change: np.ndarray) -> np.ndarray | None:
 
 
 def _rosy(change: np.ndarray) -> np.ndarray:
-    """What a blush adds to the roots of a cheek: a red one yellows less, blues more, and is never
-    quite pale."""
+    """What a blush adds, changed so that a red one yellows less, blues more, and is never faint."""
     red, green, blue = change.tolist()
     if blue > red:
         return change

@@ -1,8 +1,8 @@
 """Fits layers of eyeshadow to the skin around the eyes of a photo.
 
-The skin is laid flat (flat_eyes.py) and freed of what is light rather than makeup. The colours of
-usual places (first_shadows.py) are then spread as they are seen (spread_shadows.py), so each layer
-has a density map.
+The skin is laid flat (flat_eyes.py), and effects of light rather than makeup are removed. Then the
+colours of usual places (first_shadows.py) are spread as the photo shows them (spread_shadows.py),
+so each layer has a density map.
 """
 
 import math
@@ -27,74 +27,79 @@ from makeup_video.pipeline.reference.shadow_cells import (
 from makeup_video.pipeline.reference.spread_shadows import Spread, spread
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
-_EVENED = 0.8  # how much of the light beyond bare eyes is taken for light, and not for makeup
-_VIVID = 0.4  # how much more vivid a colour as light as bare eyes is painted than it is seen
-# Probability of eyeshadow from which on that holds for warm colours a little, and wholly: many bare
-# lids are warm, and would be orange.
+# Where a number below has two limits, an effect begins at the first and is complete at the second.
+_EVENED = 0.8  # how much of the light beyond that of bare eyes counts as light, not as makeup
+_VIVID = 0.4  # a colour as light as bare eyes is painted this much more vivid than it is seen
+# The probability of eyeshadow between whose limits _VIVID takes effect for warm colours: many bare
+# lids are warm, and would become orange.
 _SURE = 0.7, 0.95
-# Of what sets a wholly warm colour apart from bare eyes, by which share red exceeds green, and
-# green blue.
+# In a wholly warm colour, red exceeds green, and green exceeds blue, by this share of the colour's
+# distance from bare eyes.
 _WARM_HUE = 0.25
 _FAINTEST = 1e-6
-_PALE = 78.0, 82.0  # L* of skin from which on it is a little pale, and wholly
-_VIVID_FROM = 34.0  # how far from skin, in a* and b*, a colour is vivid
-_SOFTER = 12.0  # over which distance before that it becomes so
-_RED = 8.0  # how much redder than skin a colour is wholly red, in a*
+_PALE = 78.0, 82.0  # L* between which skin becomes pale
+_VIVID_FROM = 34.0  # a colour that differs this much from skin, in a* and b*, is vivid
+_SOFTER = 12.0  # a colour that differs by this much less is wholly soft
+_RED = 8.0  # a colour whose a* exceeds the skin's by this is wholly red
 _CALMER = 0.25  # how much less vivid soft reds and browns become beside pale skin
-_LESS_YELLOW = 0.3  # of what makes soft colours yellower than skin: browns came out orange
-_OWN_HUE = 1.0  # of the photo's skin, as of TypicalSkin: brown stays brown on pale skin
-# Below the eye nothing is redder or yellower than this percentile of the lid, up to that height.
+_LESS_YELLOW = 0.3  # soft colours lose this share of their yellow beyond skin: browns were orange
+_OWN_HUE = 1.0  # share of the photo's skin hue, as of TypicalSkin: brown stays brown on pale skin
+# Below the eye nothing is redder or yellower than this percentile of the lid, which counts up to
+# the height below.
 _WARMEST_PERCENTILE = 75
 _LID_TO = 1.4
-# Red stays where this percentile of its a* exceeds that by so much: a little, and wholly. Of bare
-# faces 95 % have less than the first.
+# Red below the eye stays if this percentile of its a* exceeds that bound by so much. Of bare faces
+# 95 % have less than the first limit.
 _REDDEST_PERCENTILE, _WORN_BELOW = 90, (6.0, 13.0)
-# Cells darker than this share of skin's L* do not count: shade and lashes are red by themselves.
+# Cells darker than this share of skin's L* do not count: shadow and lashes are red by themselves.
 _SHADE = 0.55
-# Beside green, blue and grey lids red is skin: by how much the lid's a* and b* exceed those of
-# skin for none of it to stay, and for all.
+# Beside green, blue and grey lids, red is skin. So red stays only as far as the lid's a*, and then
+# its b*, exceed those of skin.
 _WARM_LID = (4.0, 10.0), (-3.0, 1.5)
-_WARM = 1.0, 1.15  # red as a share of blue in light that is a little warm, and wholly
-_DENSE = 0.5  # share of a product's highest density from which on it lies in a cell
-_COLD_PERCENTILE = 25  # of a* and b* of the cells where a product lies: the cold ones
-# In warm light no product is colder than the coldest of the cells where it lies. Where even the
-# cold ones are greener or bluer than grey, it may be so many times as cold as they.
+_WARM = 1.0, 1.15  # red divided by blue between which light becomes warm
+_DENSE = 0.5  # a product lies in the cells with more than this share of its highest density
+# This percentile of a* and of b* over the cells where a product lies is the colour of its "cold
+# cells".
+_COLD_PERCENTILE = 25
+# In warm light no product is colder than this percentile of its cells. If even its cold cells are
+# greener or bluer than grey, it may be so many times as cold as they are.
 _COLDEST_PERCENTILE = 5
 _COLDER = 4.0
-_SURELY_WARM = 4.0  # a* and b* of the cold ones in the photo's light from which they bound wholly
-# The b* of a product is at least so many times that of its cold cells in the photo's light, less
-# this.
+_SURELY_WARM = 4.0  # from this a* and b* in the photo's light on, cold cells are a strict bound
+# The b* of a product is at least the b* of its cold cells in the photo's light, if below 0, times
+# the first, minus the second.
 _BLUER, _BLUER_BY = 2.5, 8.0
-_ALL_FROM = 0.3  # probability of eyeshadow from which on all of the opacity is painted
-_UNLIKELY_SHARE = 0.6  # what of it is painted where eyeshadow is hardly likely
-# Black, grey and dark brown: up to which share of skin's luminance, and up to which chroma. Colours
-# beside them are soft and red up to this difference from skin in a* and b*, and from this one in a*
-# on. Where there is more black than this share of such a colour, this much of the difference
-# is kept.
+_ALL_FROM = 0.3  # from this probability of eyeshadow on, all of the opacity is painted
+_UNLIKELY_SHARE = 0.6  # share of the opacity that a hardly likely eyeshadow gets
+# Black, grey and dark brown have at most this share of skin's luminance, and this chroma.
 _DARK, _BLACK_CHROMA = 0.25, 30.0
+# Soft reds beside them differ less than the first from skin in a* and b*, and more than the second
+# in a*.
 _SOFT_CHROMA, _REDDISH = 45.0, 4.0
+# If there is more black than the first share of such a red, the second share of its difference is
+# kept.
 _MUCH_BLACK, _CALM_RIM = 0.5, 0.6
-# The luminance that powder has at least, since its surface reflects light, too. Without it, a black
-# lid that shuts is a hole.
+# The least luminance of powder, since its surface reflects light, too. Without this, a black lid
+# that shuts would look like a hole.
 _BLACK = 0.0116
-# Share of typical skin's luminance up to which a product stays matte: shine on it looks like dust.
+# Up to this share of typical skin's luminance a product stays matte: shine on it looks like dust.
 _MATTE = 0.25
-# Luminance of the inner end of the lid and of the skin beside it, as a share of the photo's skin:
-# up to the first no shimmer is painted, from the second one on all that was measured. Of three
-# places that were tried, judges preferred rows with shimmer most clearly where this one is light.
+# The luminance of the inner end of the lid and of the skin beside it, as a share of the photo's
+# skin: up to the first no shimmer is painted, from the second on all that was measured. Of three
+# places that were tried, this one tells best: where it is light, judges preferred shimmer.
 _LIGHT_INSIDE = 0.36, 0.42
-_INSIDE, _LID = 0.35, (0.3, 1.0)  # up to where it goes from the inner corner; between these heights
+_INSIDE, _LID = 0.35, (0.3, 1.0)  # the place: distance from the inner corner, and heights
 # Colours like brow hair, which fade out above the crease.
-_HAIR_DARK = 0.125, 0.25  # shares of skin's luminance: wholly as dark as hair, and a little
-_HAIR_COLD = -15.0  # b* of the bluest of them
+_HAIR_DARK = 0.125, 0.25  # shares of skin's luminance: wholly as dark as hair, and hardly
+_HAIR_COLD = -15.0  # b* of the bluest of these colours
 _HAIR_GREEN = -10.0  # a* of the greenest
 _HAIR_VIVID = 35.0  # chroma of the most vivid
-_BROW = 1.1, 1.7  # the heights over which they fade out
+_BROW = 1.1, 1.7  # the heights between which they fade out
 _MOST_GLOSS = 1.8  # gloss of an eyeshadow with a shimmer of 1
 _SPARKLES = 1.4  # sparkles for a shimmer of 1, but never more than the finish "shimmer" has
 _SHEEN = 0.07  # share by which a shimmer of 1 darkens the roots, since its sheen adds light
-_HARDLY = 0.05  # an opacity up to which a layer is not worth painting
-_HARDLY_SHIMMERS = 0.075  # up to this shimmer a layer is matte
+_HARDLY = 0.05  # a layer of at most this opacity is not worth painting
+_HARDLY_SHIMMERS = 0.075  # a layer of at most this shimmer is matte
 
 
 def fit_shadows(
@@ -105,12 +110,13 @@ def fit_shadows(
     winged: bool = False,
     shimmer: float = 0.0,
 ) -> list[Layer]:
-    """The layers of eyeshadow of a face, in the order of painting; none for an eye that is not
-    seen, or that looks like a bare one.
+    """The layers of eyeshadow of a face, in the order of painting.
 
-    seen: as of mean_eye.  probability: that eyeshadow is worn; the less likely, the sheerer.
-    lined: whether eyeliner is worn, too.  winged: whether that surely has a wing.  shimmer: 0..1,
-    as of lid_shimmer.
+    The list is empty when no eye is seen, or the eyes look bare.
+    seen: from mean_eye.
+    probability: that eyeshadow is worn; the less likely, the sheerer it is painted.
+    lined: whether eyeliner is worn, too.  winged: whether the eyeliner surely has a wing.
+    shimmer: 0..1, from lid_shimmer.
     """
     if seen is None:
         return []
@@ -130,11 +136,11 @@ def fit_shadows(
 
 
 def _calm(seen: np.ndarray, skin: TypicalSkin, own: np.ndarray) -> np.ndarray:
-    """Roots (27, 24, 3) of which soft reds and browns beside pale skin are less vivid, and all soft
-    colours less yellow.
+    """Roots (27, 24, 3) with calmer soft colours: all less yellow, and some less vivid.
 
-    Typical skin is darker than pale skin, and what differs from it by as much in CIELAB is more
-    vivid: rose-brown became orange. Vivid colours stay so.  own: (3,) linear, the photo's skin.
+    The latter are soft reds and browns beside pale skin. Typical skin is darker, and a colour that
+    differs from it by as much in CIELAB is more vivid: rose-brown became orange. Vivid colours do
+    not change.  own: (3,) linear, the photo's skin.
     """
     lab, plain, light = skin.lab(seen), skin.lab(np.ones(3)), float(lab_of_linear(own)[0])
     pale = ramp(light, _PALE)
@@ -147,7 +153,10 @@ def _calm(seen: np.ndarray, skin: TypicalSkin, own: np.ndarray) -> np.ndarray:
 
 
 def _softness(hue: np.ndarray) -> np.ndarray:
-    """(..., 1): 1 for soft colours, 0 for vivid ones; hue: (..., 2), how they differ from skin."""
+    """(..., 1): 1 for soft colours, 0 for vivid ones.
+
+    hue: (..., 2), how the colours differ from skin in a* and b*.
+    """
     soft: np.ndarray = np.clip(
         (_VIVID_FROM - np.linalg.norm(hue, axis=-1, keepdims=True)) / _SOFTER, 0, 1
     )
@@ -155,11 +164,11 @@ def _softness(hue: np.ndarray) -> np.ndarray:
 
 
 def _shaded(seen: np.ndarray, bare: np.ndarray, probability: float) -> np.ndarray:
-    """Roots (27, 24, 3): less light of the same hue where they are lighter than bare eyes, and soft
-    colours more vivid, unless they are warm and eyeshadow is not certain.
+    """Roots (27, 24, 3), darker in the same hue where lighter than bare eyes, and more vivid.
 
-    Soft light from the front fills the hollow of the eye. As a product this light would be a pale
-    veil, in which the colour that is worn is lost. Dark colours stay as they are.
+    Soft light from the front fills the hollow of the eye. If it counted as a product, it would be a
+    pale veil, in which the colour that is worn is lost. Colours become more vivid unless they are
+    warm and eyeshadow is not certain. Dark colours hardly change.
     """
     share = np.sqrt((bare**2 @ LUMINANCE) / np.maximum(seen**2 @ LUMINANCE, _FAINTEST))[..., None]
     as_light = bare / share
@@ -171,8 +180,7 @@ def _shaded(seen: np.ndarray, bare: np.ndarray, probability: float) -> np.ndarra
 
 
 def _warmth(off: np.ndarray) -> np.ndarray:
-    """(..., 1), 0..1: how much of a warm hue, of orange or brown, differences of roots (..., 3)
-    have."""
+    """(..., 1), 0..1: how warm, like orange or brown, differences of roots (..., 3) are."""
     steps = (off[..., :-1] - off[..., 1:]) / np.maximum(
         _WARM_HUE * np.linalg.norm(off, axis=-1, keepdims=True), _FAINTEST
     )
@@ -181,9 +189,12 @@ def _warmth(off: np.ndarray) -> np.ndarray:
 
 
 def _no_redder_below(seen: np.ndarray, skin: TypicalSkin) -> np.ndarray:
-    """Roots (27, 24, 3), below the eye no redder or yellower than most of the lid and, where
-    that is bare, than skin: many lower lids are red by themselves, and so are rims of glasses. What
-    is clearly redder beside a warm lid is makeup, and stays."""
+    """Roots (27, 24, 3), which below the eye are limited in red and yellow.
+
+    The limit is most of the lid, or skin where the lid has less: many lower lids are red by
+    themselves, and so are rims of glasses. Clearly redder places beside a warm lid are makeup, and
+    stay.
+    """
     above, across = heights(True), places_across()
     lab, plain = skin.lab(seen), skin.lab(np.ones(3))
     lit = np.maximum(lab[..., :1], _FAINTEST) / plain[0]  # the darker, the less of a hue is meant
@@ -204,11 +215,11 @@ def _no_redder_below(seen: np.ndarray, skin: TypicalSkin) -> np.ndarray:
 def _no_colder(
     found: Spread, seen: np.ndarray, labs_in_photo: np.ndarray, skin: TypicalSkin, light: np.ndarray
 ) -> np.ndarray:
-    """The roots of the products, (N, 3), hardly greener or bluer than they are seen where they lie.
+    """The roots of the products, (N, 3), hardly greener or bluer than their cells look.
 
-    Some of what is taken for warm light is warm skin. Where that is divided out, black and brown
-    turn blue. Two bounds are set against this: one in warm photos; the other in any photo, for
-    products that look redder and yellower than grey, which stay as red and yellow as they look.
+    Warm skin is partly taken for warm light. When that is divided out, black and brown turn blue.
+    Two bounds prevent this. The first holds in warm photos. The second holds in every photo, for
+    products that look redder and yellower than grey: they stay as red and yellow as they look.
     labs_in_photo: (27, 24, 3), the cells in CIELAB, in full light of the photo's own hue.
     """
     warm = ramp(float(light[0] / light[2]), _WARM)
@@ -233,10 +244,10 @@ def _no_colder(
 
 
 def _no_bluer(found: Spread, labs_in_photo: np.ndarray, skin: TypicalSkin) -> np.ndarray:
-    """The roots of the products, (N, 3), bounded by what is seen where they lie in any light: black
-    and white liner, and smoke, are no blue or teal.
+    """The roots of the products, (N, 3), no bluer than a bound from how their cells look.
 
-    labs_in_photo: as of _no_colder.
+    The bound holds in any light: otherwise black and white liner, and smoke, turned blue or teal.
+    labs_in_photo: as for _no_colder.
     """
     roots = found.roots.copy()
     for root, density in zip(roots, found.densities, strict=True):
@@ -247,15 +258,17 @@ def _no_bluer(found: Spread, labs_in_photo: np.ndarray, skin: TypicalSkin) -> np
         bluest = _BLUER * min(float(looks), 0.0) - _BLUER_BY
         if lab[2] < bluest:
             if lab[2] < lab[1] < 0:
-                lab[1] *= bluest / lab[2]  # or teal would become green
+                lab[1] *= bluest / lab[2]  # otherwise teal would become green
             lab[2] = bluest
             root[:] = skin.roots_of(lab)
     return roots
 
 
 def _without_brows(found: Spread, skin: TypicalSkin) -> np.ndarray:
-    """(N, 27, 24): the densities, where those of black, grey and brown fade out above the crease:
-    low brows and the shade below them, which looked like blotches of smoke, lie there."""
+    """(N, 27, 24): the densities, in which black, grey and brown fade out above the crease.
+
+    Low brows and their shadow lie there, and looked like blotches of smoke.
+    """
     above = heights(True)
     low, high = _BROW
     fades = np.clip((high - above) / (high - low), 0, 1)[:, None]
@@ -270,8 +283,10 @@ def _without_brows(found: Spread, skin: TypicalSkin) -> np.ndarray:
 
 
 def _calm_beside_black(found: Spread, skin: TypicalSkin) -> np.ndarray:
-    """The roots of the products, (N, 3), where soft reds and browns beside much black or grey are
-    less vivid: at its border black is skin in the shade, and was painted with a red rim."""
+    """The roots of the products, (N, 3); soft reds and browns beside much black are less vivid.
+
+    At the border of black or grey there is shaded skin, which was painted as a red rim.
+    """
     labs, plain = skin.lab(found.roots), skin.lab(np.ones(3))
     is_dark = found.roots**2 @ LUMINANCE < _DARK
     is_black = is_dark & (np.linalg.norm(labs[:, 1:], axis=1) < _BLACK_CHROMA)
@@ -284,8 +299,10 @@ def _calm_beside_black(found: Spread, skin: TypicalSkin) -> np.ndarray:
 
 
 def _no_blacker(root: np.ndarray, opacity: float, skin: TypicalSkin) -> tuple[np.ndarray, float]:
-    """The root (3,) of a product that is no darker than powder, and the opacity with which it
-    darkens skin as much, or at most 1."""
+    """The root (3,) of a product, made no darker than powder can be, and its new opacity.
+
+    With that opacity, at most 1, the product darkens skin as much as before.
+    """
     linear = root * root * skin.linear
     more = max(_BLACK - float(linear @ LUMINANCE), 0.0)
     if not more:
@@ -296,8 +313,10 @@ def _no_blacker(root: np.ndarray, opacity: float, skin: TypicalSkin) -> tuple[np
 
 
 def _light_inside(seen: np.ndarray) -> float:
-    """Of flat eyes (27, 48, 3): the median luminance around the inner end of the lid, as a share of
-    skin's."""
+    """The median luminance around the inner end of the lid, as a share of skin's.
+
+    seen: flat eyes, (27, 48, 3) roots.
+    """
     above, from_corner = heights(True), np.abs(flat_places()[0])
     low, high = _LID
     there = np.ix_((above > low) & (above < high), from_corner < _INSIDE)
@@ -305,8 +324,11 @@ def _light_inside(seen: np.ndarray) -> float:
 
 
 def _layers(found: Spread, skin: TypicalSkin, shimmer: float, share: float) -> list[Layer]:
-    """shimmer: 0..1, of products above the eye that are not dark.  share: what is painted of each
-    opacity."""
+    """Make layers of the colours, without those that would hardly show.
+
+    shimmer: 0..1, for products above the eye that are not dark.  share: of each opacity that is
+    painted.
+    """
     layers = []
     for at, density in enumerate(found.densities):
         root, opacity = _no_blacker(found.roots[at], float(found.opacities[at]), skin)
@@ -321,8 +343,10 @@ def _layers(found: Spread, skin: TypicalSkin, shimmer: float, share: float) -> l
 
 
 def shimmering(rgb: tuple[float, float, float], shimmer: float) -> GraphicsParams:
-    """An eyeshadow of a colour, codes 0..255, with this much shimmer, 0..1; matte where so little
-    would hardly be seen."""
+    """An eyeshadow of a colour, codes 0..255, with this much shimmer, 0..1.
+
+    It is matte if the shimmer would hardly be seen.
+    """
     if shimmer <= _HARDLY_SHIMMERS:
         return product(rgb, "matte", "eyes")
     worn = product(rgb, "shimmer", "eyes")

@@ -1,9 +1,9 @@
 """Lays the skin around both eyes flat: every place between lashes, crease and brow has its cell.
 
-A column is a place across the eye, as on the eyes' surface. A row is a height: the first ones lie
-above the upper lash line, in heights of look/kinds/fields.py, the others below the lower one. So
-the maps of different faces may be compared cell by cell, and a shape of eyeshadow covers the same
-cells of every face.
+A column is a place across the eye, as on the eyes' surface. A row is a height of EyePlaces
+(look/kinds/fields.py): the first rows lie above the upper lash line, the others below the lower
+one. So the maps of different faces can be compared cell by cell, and a shape of eyeshadow covers
+the same cells of every face.
 """
 
 from collections.abc import Sequence
@@ -28,26 +28,26 @@ from makeup_video.pipeline.render.surfaces.eyes_twin import lid_surfaces
 _UP, _DOWN = heights(True), heights(False)
 _HEIGHTS = np.concatenate([_UP, _DOWN])
 FLAT_HW = len(_HEIGHTS), SIZE_WH[0]
-_BLUR_PX = 0.9  # of the neutral face: a cell is a little more than a pixel
-# A column is dark when this percentile of the light of its cells is below this share of skin's, and
-# off the face when less than this share of its cells lies within the face's outline. Where it is
-# either, and so are all columns further out, it shows hair, or what lies behind a face that is
-# turned away. The inner columns always count: what is black there is makeup.
+_BLUR_PX = 0.9  # sigma, px of the neutral face, where a cell is a little larger than a pixel
+# A column is dark when this percentile of the light of its cells is below this share of skin's
+# light. It is off the face when less than this share of its cells lies within the face's outline.
+# A column that is either, like all columns further out, shows hair, or the background of a face
+# that is turned away. The inner columns always count, since black there is makeup.
 _PERCENTILE, _DARK = 80, 0.2
 _ON_FACE = 0.5
 _INNER = FLAT_HW[1] // 2
-# Eyes are compared between these places across them. They wear different colours where a* and b*
-# differ by so much on average: in the six photos in which people see different eyes they differ by
-# 13.8 to 40, in 115 others with sure eyeshadow by 12.5 at most, where light comes from one side.
+# Eyes are compared between these places across them. They wear different colours when their a* and
+# b* differ by at least this distance on average. In the six photos in which people see different
+# eyes it is 13.8 to 40; in 115 others with sure eyeshadow at most 12.5, in light from one side.
 _COMPARED = 0.1, 1.15
 _DIFFERENT = 13.0
 
 
 class FlatEye(NamedTuple):
-    """An eye of a face.
+    """An eye of a face, laid flat.
 
-    name: of the dial `eye`.  roots: (27, 48, 3) float32, of the shares of skin.  is_skin: (48,)
-    bool, the columns that are seen.
+    name: as the dial `eye` names the eye.  roots: (27, 48, 3) float32, of shares of skin.
+    is_skin: (48,) bool, the columns that neither hair nor background hides.
     """
 
     name: str
@@ -56,12 +56,12 @@ class FlatEye(NamedTuple):
 
 
 def mean_eye(eyes: Sequence[FlatEye]) -> np.ndarray | None:
-    """(27, 48, 3) float32, flat eyes: the roots of the shares of skin, the mean over the eyes.
+    """(27, 48, 3) float32: the mean over the eyes, roots of shares of skin; None without eyes.
 
-    eyes: of eyes_of.
+    eyes: from eyes_of.
 
-    Columns that hair hides beside one eye, or that lie beyond the outline of a turned face, are
-    those of the other eye, and plain skin where both are hidden. None when no eye is seen.
+    A column that is hidden beside one eye, by hair or beyond the outline of a turned face, comes
+    from the other eye alone. A column that is hidden beside both counts as plain skin.
     """
     if not eyes:
         return None
@@ -74,10 +74,9 @@ def mean_eye(eyes: Sequence[FlatEye]) -> np.ndarray | None:
 
 
 def different_eyes(eyes: Sequence[FlatEye]) -> dict[str, np.ndarray]:
-    """Both eyes by the names of the dial `eye`, (27, 48, 3) each, of a face whose eyes wear
-    different colours; of other faces none. Hidden columns are plain skin.
+    """Both eyes, (27, 48, 3) each, by name, if they wear different colours; else an empty dict.
 
-    eyes: of eyes_of.
+    eyes: from eyes_of.  The names are those of the dial `eye`. Hidden columns are plain skin.
     """
     if len(eyes) < 2:
         return {}
@@ -106,14 +105,13 @@ def eyes_of(neutral: NeutralFace) -> list[FlatEye]:
 
 
 def is_seen(flat: np.ndarray) -> np.ndarray:
-    """(48,) bool: the columns of flat eyes, (27, 48, 3), that are not hidden beside both."""
+    """(48,) bool: the columns of flat eyes, (27, 48, 3), that are not hidden beside both eyes."""
     seen: np.ndarray = (flat != 1).any((0, 2))
     return seen
 
 
 def flat_places() -> tuple[np.ndarray, np.ndarray]:
-    """Where the columns, (48,), and the rows, (27,), of flat eyes lie: `across` and `height` of
-    EyePlaces."""
+    """Where flat eyes' columns, (48,), and rows, (27,), lie: `across` and `height` of EyePlaces."""
     return ACROSS, _HEIGHTS
 
 
@@ -135,7 +133,7 @@ def _flat_places_px(lid: LidSurface) -> np.ndarray:
     rows, columns = np.arange(SIZE_WH[1]), np.arange(SIZE_WH[0])
     below = lid.below_px / np.float32(lid.width_px)
     y = np.empty(FLAT_HW, np.float32)
-    for column in columns:  # heights fall from row to row, so the places are found by them
+    for column in columns:  # heights fall from row to row, so interpolation finds the rows
         y[: len(_UP), column] = np.interp(-_UP, -lid.up[:, column], rows)
         y[len(_UP) :, column] = np.interp(-_DOWN * LID, below[:, column], rows)
     on_grid = np.stack([np.broadcast_to(columns, FLAT_HW), y, np.ones_like(y)]).reshape(3, -1)
@@ -157,7 +155,7 @@ def density(layer: Layer) -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _charts() -> tuple[EyeChart, EyeChart]:
-    """The places above a flat eye, and below it."""
+    """The places of all cells of a flat eye, as above the eye and as below it."""
     across = np.broadcast_to(ACROSS, FLAT_HW)[None]
     height = np.broadcast_to(_HEIGHTS[:, None], FLAT_HW)[None]
     return (

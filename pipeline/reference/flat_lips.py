@@ -1,10 +1,10 @@
 """Lays the lips flat, with the skin around them, and reads from them whether lipstick is worn.
 
-A column is a place along the lips, a row a share of a lip's height: of the upper lip from the skin
-above to the opening, then of the lower lip from the opening to the skin below. So colours, borders
-and evenness of different mouths may be compared cell by cell, and a logistic model of them
-(training/worn/fit_colours.py) distinguishes lipstick from a flush better than one colour of all
-the lips does.
+A column is a place along the lips. A row is a share of a lip's height: first of the upper lip, from
+the skin above to the opening, then of the lower lip, from the opening to the skin below. So colour,
+borders and evenness of different mouths can be compared cell by cell. A logistic model of these
+numbers (training/worn/fit_colours.py) distinguishes lipstick from a flush better than one colour
+for all of the lips does.
 """
 
 from dataclasses import dataclass
@@ -19,36 +19,41 @@ from makeup_video.pipeline.reference.neutral_face import NeutralFace
 from makeup_video.pipeline.render.surfaces.lips import LIP_RINGS
 
 COLUMNS = 16
-# Contours from one corner of the mouth to the other, (2, 11) points: outside and inside.
+# The outer and the inner contour of each lip, between the corners of the mouth: (2, 11) points.
 _UPPER, _LOWER = LIP_RINGS[[0, 3]], LIP_RINGS[[4, 7]]
-# Rows of one lip, in shares of its height from the outer contour: on the skin, and on the lip.
+# The rows of one lip, in shares of its height from the outer contour: on the skin, and on the lip.
 _ROWS = np.concatenate([np.linspace(-0.9, -0.1, 5), np.linspace(0.08, 0.92, 7)])
-_LEAST_HEIGHT = 0.13  # of the mouth's width: of thin lips, for the rows on the skin
-_BLUR_PX = 0.7  # of the neutral face
-_DARKEST = 0.03
-# Blocks of rows of one lip, and of columns of one half.
+_LEAST_HEIGHT = 0.13  # in widths of the mouth; rows on the skin treat thinner lips as this high
+_BLUR_PX = 0.7  # sigma, px of the neutral face
+_DARKEST = 0.03  # least root
+# Blocks of cells: their rows on one lip, and their columns on one half of the mouth.
 _BLOCKS = (slice(0, 2), slice(2, 5), slice(5, 7), slice(7, 10), slice(10, 12))
 _HALVES = (slice(0, 3), slice(3, 5), slice(5, 8))
-# Blocks in the middle of the lips: of the upper one, outer and inner, and of the lower one.
+# Blocks in the middle of the mouth: outer and inner of the upper lip, then of the lower lip.
 _MIDDLES = (8, 11, 23, 26)
 _LIPS = slice(5, 19)  # rows that lie on the lips
-_BORDERS = (slice(1, 8), slice(16, 23))  # rows about the upper and the lower border
-# Rows of the upper lip near its border and further in, which count with those of the lower lip, and
-# columns away from the corners.
+_BORDERS = (slice(1, 8), slice(16, 23))  # rows around the upper and the lower border
+# Rows of a lip near its border, and further in; and the columns away from the corners.
 _OUTER, _INNER, _MIDDLE_COLUMNS = slice(5, 7), slice(8, 11), slice(4, 12)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlatLips:
-    """roots: (24, 16, 3), of the shares of skin.  shape: (3,) height of the opening, of the upper
-    and of the lower lip, in widths of the mouth."""
+    """The lips of a face, laid flat.
+
+    roots: (24, 16, 3), of shares of skin.  shape: (3,) heights of the opening, of the upper and of
+    the lower lip, in widths of the mouth.
+    """
 
     roots: np.ndarray
     shape: np.ndarray
 
     def numbers(self) -> np.ndarray:
-        """(102,) float64: lightness and two differences of channels for each block, how uneven the
-        lips are, how sharp their borders, and their shape; the same for the mirror image."""
+        """(102,) float64: numbers by which mouths are compared, the same for the mirror image.
+
+        For each block lightness and two differences of channels; then how uneven the lips are, how
+        sharp their borders are, and their shape.
+        """
         logs = np.log(np.maximum((self.roots + self.roots[:, ::-1]) / 2, _DARKEST))
         rows24 = [*_BLOCKS, *(slice(24 - rows.stop, 24 - rows.start) for rows in _BLOCKS)]
         blocks = np.array([logs[rows, half].mean((0, 1)) for rows in rows24 for half in _HALVES])
@@ -64,31 +69,32 @@ class FlatLips:
         ])  # fmt: skip
 
     def log_odds(self) -> float:
-        """That lipstick is worn, in colours as of labelled faces: none of them is blue or green."""
+        """Log-odds that lipstick is worn, for colours of labelled faces; none is blue or green."""
         weights = _weights()
         return float(weights[:-1] @ self.numbers() + weights[-1])
 
     def away(self) -> float:
-        """How far the lips are from bare ones, as of away_from_bare."""
+        """How far the lips are from bare ones; see away_from_bare."""
         return away_from_bare(self.numbers(), _bare())
 
     def bands(self) -> np.ndarray:
-        """(2, 3) mean roots of both lips near their border, and further in."""
+        """(2, 3) the mean roots of both lips: near their borders, and further in."""
         rows24 = self.roots[:, _MIDDLE_COLUMNS].mean(1)
         rows12 = (rows24[:12] + rows24[:11:-1]) / 2
         return np.stack([rows12[_OUTER].mean(0), rows12[_INNER].mean(0)])
 
 
 def middles(numbers: np.ndarray) -> np.ndarray:
-    """(..., 102) of numbers() -> (..., 4, 3): blocks in the middle of both lips."""
+    """Numbers of lips (..., 102) -> (..., 4, 3), the blocks in the middle of both lips."""
     return np.stack([numbers[..., 3 * block : 3 * block + 3] for block in _MIDDLES], -2)
 
 
 def away_from_bare(numbers: np.ndarray, bare: np.ndarray) -> float:
-    """How far three of the lips' four middle blocks are at least from those of bare lips
-    (Mahalanobis 1936); the fourth may be a highlight or a shadow.
+    """The distance that three of the four middle blocks have at least from bare lips.
 
-    numbers: (102,).  bare: (4, 12), of each block the mean and the inverse covariance.
+    That is the second smallest of the four distances (Mahalanobis 1936): the fourth block may be a
+    highlight or a shadow.
+    numbers: (102,).  bare: (4, 12), the mean and the inverse covariance of each block.
     """
     off, inverse = middles(numbers) - bare[:, :3], bare[:, 3:].reshape(-1, 3, 3)
     squares = np.einsum("bi,bij,bj->b", off, inverse, off)
@@ -109,7 +115,7 @@ def flat_lips(neutral: NeutralFace) -> FlatLips:
 
 
 def _line(contour: np.ndarray) -> np.ndarray:
-    """(11, 2) points -> (16, 2), evenly between the corners."""
+    """(11, 2) points of a contour -> (16, 2) places along it, away from the corners."""
     at = np.linspace(0.6, 9.4, COLUMNS)
     return np.stack([np.interp(at, np.arange(11), contour[:, axis]) for axis in (0, 1)], 1)
 
@@ -131,11 +137,11 @@ def _sharpness(border: np.ndarray) -> float:
 
 @lru_cache(maxsize=1)
 def _weights() -> np.ndarray:
-    """(103,): of each number, and a constant."""
+    """(103,): the weight of each number, and a constant."""
     return read_array("worn_lips.npy").astype(np.float64)
 
 
 @lru_cache(maxsize=1)
 def _bare() -> np.ndarray:
-    """(4, 12), as of away_from_bare."""
+    """(4, 12), as away_from_bare takes it."""
     return read_array("bare_lips.npy").astype(np.float64)

@@ -1,8 +1,8 @@
-"""Finds a blush by the cheek around it: where the cheek is redder than it would be without.
+"""Finds a blush by the cheek around it: where the cheek is redder than it would be without blush.
 
-The skin of the forehead and the nose says little of a soft blush: in strong or tinted light the
-whole cheek is paler or yellower than they are. A blush is a patch. What changes evenly over the
-cheeks, or from one side to the other, is light; how much it does is known from bare faces.
+Comparing with forehead and nose says little about a soft blush: in strong or tinted light the whole
+cheek is paler or yellower than they are. But a blush is a patch, while light changes evenly over
+the cheeks, or from one side to the other. How much light changes is known from bare faces.
 """
 
 from collections.abc import Mapping
@@ -19,29 +19,35 @@ _SHAPES: tuple[dict[str, float], ...] = tuple(
         (0.0, 0.5, 1.0), (0.0, 0.4, 0.9), (0.3, 0.6, 0.95), (0.0, 0.8)
     )
 )
-# The nodes that count, with the cheek around a blush, and how well their bare cheeks are known.
+# The nodes that count: blush and the cheek around it, as `across` and `down` of FaceFields, where
+# bare cheeks are known at least so well.
 _ACROSS, _DOWN, _KNOWN = (0.14, 0.88), (0.02, 0.8), 0.3
 _LEAST_NODES, _LEAST_WEIGHT = 100, 0.05
-_UNLIKE_SKIN = 0.5  # what a node counts that is seen and unlike skin
-_PLACES = ("across", "down", "skin")  # of nodes: what their density depends on, and their number
-_MIDDLE = 0.5, 0.4  # across, down: from where light is counted
-# How far light may change over cheeks, as standard deviations of the logarithms below: even,
-# across, down, from side to side, and that across and down, then the curvatures. The first is that
-# of bare cheeks; most others are less than theirs, or a broad blush would be taken for light.
+_UNLIKE_SKIN = 0.5  # weight of a node that is visible but unlike skin
+# Attributes of Cheeks on which `density` depends: two for the places, one for the shape.
+_PLACES = ("across", "down", "skin")
+_MIDDLE = 0.5, 0.4  # across, down: the place from which changes of light are counted
+# How much light may change over the cheeks, as standard deviations of the logarithms of _tint, in
+# the order of _light: even, across, down, from side to side, this difference changing across and
+# down, and three curvatures. The first is measured on bare cheeks. Most others are smaller than
+# measured, or else a broad blush would be taken for light.
 _LIGHT = np.array([0.13, 0.2, 0.15, 0.15, 0.15, 0.1, 0.6, 0.4, 0.4])
-_NOISE, _NODES = 0.05, 12.0  # of a node, and how many nodes say as much as all of them
+# Standard deviation of a node's noise; and neighbours are alike, so all nodes together say as much
+# as this number of independent nodes.
+_NOISE, _NODES = 0.05, 12.0
 _DARKEST = 0.03  # least root
-_LEAST_RED, _PINK = 0.03, 0.8  # a blush that blues is as red as that share of it at least
-_OLIVE = 0.9  # less red than this for what it yellows would be a shade
-_LEAST_GAIN = 3.0  # the likelihood, in logarithms times 2: for less, it may be chance
+# The least red that a blush adds. Red counts as at least the second times the blue.
+_LEAST_RED, _PINK = 0.03, 0.8
+_OLIVE = 0.9  # a patch that adds less red than this share of its yellow would be a shadow
+_LEAST_GAIN = 3.0  # twice the gain in log-likelihood; with less, a patch may be chance
 
 
 @dataclass(frozen=True, slots=True)
 class Flush:
     """A blush as it stands out from the cheek around it.
 
-    shape: of the layer.  red, blue: what it adds to the logarithms of R / G and B / G of the light
-    from the cheek, where it is densest.
+    shape: of the layer.  red, blue: what the blush adds, where it is densest, to the logarithms of
+    R / G and B / G of the light from the cheek.
     """
 
     shape: Mapping[str, float]
@@ -50,7 +56,7 @@ class Flush:
 
 
 def find_flush(cheeks: Cheeks) -> Flush | None:
-    """The patch that explains the cheeks best; None when no redder one does."""
+    """The patch that explains the cheeks best; None when no patch that reddens does."""
     weights = np.maximum(cheeks.skin, _UNLIKE_SKIN * cheeks.visible)
     weights *= cheeks.within(_ACROSS, _DOWN, _KNOWN)
     at = weights > _LEAST_WEIGHT
@@ -60,7 +66,7 @@ def find_flush(cheeks: Cheeks) -> Flush | None:
     tint, light = _tint(cheeks, at), _light(cheeks, at)
     nodes = replace(cheeks, **{name: getattr(cheeks, name)[at] for name in _PLACES})
     patches = np.stack([density(nodes, shape) for shape in _SHAPES], -1)
-    # What light explains is taken from the patches (Frisch and Waugh 1933).
+    # the part of the patches that light explains is removed from them (Frisch and Waugh 1933)
     weighted = light.T * counts
     of_light = weighted @ light + np.diag(1 / _LIGHT**2)
     own = patches.T * counts - np.linalg.solve(of_light, weighted @ patches).T @ weighted
@@ -75,7 +81,7 @@ def find_flush(cheeks: Cheeks) -> Flush | None:
 
 
 def _tint(cheeks: Cheeks, at: np.ndarray) -> np.ndarray:
-    """(N, 2) of some nodes: by how much the logarithms of R / G and B / G exceed bare cheeks'."""
+    """(N, 2): how much the logarithms of R / G and B / G at some nodes exceed bare cheeks'."""
     seen, bare = (
         2 * np.log(np.maximum(roots[at], _DARKEST)) for roots in (cheeks.roots, cheeks.film().bare)
     )
@@ -85,7 +91,7 @@ def _tint(cheeks: Cheeks, at: np.ndarray) -> np.ndarray:
 
 
 def _light(cheeks: Cheeks, at: np.ndarray) -> np.ndarray:
-    """(N, 9) how light may change over some nodes, in the order of _LIGHT."""
+    """(N, 9): the ways in which light may change over some nodes, in the order of _LIGHT."""
     across, side = np.abs(cheeks.across[at]) - _MIDDLE[0], np.sign(cheeks.across[at])
     down = cheeks.down[at] - _MIDDLE[1]
     even = np.ones_like(across)

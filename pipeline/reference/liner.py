@@ -1,4 +1,4 @@
-"""An eyeliner from the numbers that a net reads: a line is too thin to be measured cell by cell."""
+"""Makes an eyeliner from numbers that nets read: a line is too thin to measure cell by cell."""
 
 from dataclasses import replace
 
@@ -10,16 +10,17 @@ from makeup_video.pipeline.reference.product_film import likely_share
 from makeup_video.pipeline.reference.read_liner import LinerForm
 
 _LEAST_OPAQUE = 0.85  # a thin line in a small photo looks sheerer than it is
-# The probability from which all of that is painted, and what share of it is painted of a line that
-# is hardly likely: beside a heavy line thin ones, or mere lashes, are read as less likely.
+# From the first probability on, a line has all of its opacity; a hardly likely line has the second
+# share of it. A thin line, or mere lashes, are read as less likely than a heavy line.
 _ALL_FROM, _UNLIKELY_SHARE = 0.8, 0.5
 
 
 def liner(read: ReadLayer, form: LinerForm, lower: float = 0.0, probability: float = 1.0) -> Layer:
-    """The layer of a liner that is worn.
+    """The layer of an eyeliner that is worn.
 
-    read: its colour and opacity.  lower: the dial of the lower line, 0 for none.  probability: that
-    the liner is worn; the less likely, the sheerer.
+    read: the liner's colour and opacity.  form: its thickness and its wing.
+    lower: the dial of the lower line, 0 for none.
+    probability: that the liner is worn; the less likely, the sheerer it is painted.
     """
     kind = KINDS["eyeliner"]
     shape = {"thickness": form.thickness}

@@ -1,4 +1,4 @@
-"""Input of the net that reads what is worn: eyes, face and lips of a photo, as one picture."""
+"""Input of the net that reads which makeup is worn: eyes, face and lips in one picture."""
 
 import numpy as np
 from makeup_video.pipeline.faces.face import Face
@@ -6,18 +6,19 @@ from makeup_video.pipeline.frames.views import Crop, RgbPicture
 from makeup_video.pipeline.reference.crops import divide_light, eyes_middle, turned_crop
 from makeup_video.pipeline.render.scene import SceneLight
 
-# The picture, and where each part lies in it: left, top, width, height.
+# The size of the picture, and the place of each part in it: left, top, width, height; px.
 INPUT_WH = (192, 160)
 PLACES = {"eyes": (0, 0, 192, 64), "face": (0, 64, 96, 96), "lips": (96, 64, 96, 64)}
-# Of each part: its width in IOD, and how far its middle lies below the line of the eyes, in IOD.
+# The width of each part, and how far its middle lies below the middle between the eyes, in IOD.
 _SPANS = {"eyes": (1.5, -0.03), "face": (2.0, 0.42), "lips": (0.9, 0.72)}
 
 
 def makeup_input(rgb8: np.ndarray, face: Face, light: SceneLight) -> np.ndarray:
     """(160, 192, 3) uint8 in neutral light, from a picture (H, W, 3) uint8.
 
-    In and out: R'G'B' as sRGB encodes it. The parts are turned with the face; beyond the border of
-    the picture its last pixels are repeated. A quarter of the result is black.
+    In and out: R'G'B' as sRGB encodes it. The parts are turned with the face. Beyond the border of
+    the picture its last pixels are repeated. The lower right corner, a tenth of the result, is
+    black.
     """
     picture = RgbPicture(rgb8)
     seen = np.zeros((*INPUT_WH[::-1], 3), np.uint8)

@@ -1,7 +1,7 @@
-"""Output of the net that reads what is worn: a look as a vector of fixed places.
+"""Output of the net that reads which makeup is worn: a look as a vector.
 
-Every slot of eyeshadow and every other kind has numbers of its own in the vector, so the order of
-a look's layers never matters: opacity and colour first, then dials of the kind.
+Every slot of eyeshadow and every other kind has fixed places in the vector, so the order of a
+look's layers never matters. Its numbers are opacity and colour, then dials of the kind.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,8 +14,9 @@ from makeup_video.pipeline.look.look import Layer, Look
 
 # The kinds that are read, in the order of the net's log-odds.
 WORN = tuple(kind.name for kind in KINDS.values() if kind.is_read)
-# The layers that the vector holds: kind, slot or none, and the dials that are read. Those of
-# eyeliner and lipstick only help the net to learn: read_liner.py and read_lipstick.py read them.
+# The layers that the vector holds: kind, slot (or ""), and the dials that are read. The dials of
+# eyeliner and lipstick only help the net to learn: for looks, read_liner.py, lower_line.py and
+# read_lipstick.py read them.
 LAYERS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("eyeshadow", "lid", ()),
     ("eyeshadow", "crease", ()),
@@ -34,8 +35,8 @@ COUNT = sum(4 + len(dials) for *_, dials in LAYERS)
 class ReadLayer:
     """A layer as the net reads it.
 
-    opacity: of the product, by the strength of the layer; 0 where there is none.
-    rgb: R'G'B' codes 0..255. shape: values of dials by name.
+    opacity: the product's opacity times the layer's strength; 0 for a layer that is not worn.
+    rgb: R'G'B' codes 0..255.  shape: values of dials by name.
     """
 
     kind: str
@@ -46,9 +47,10 @@ class ReadLayer:
 
 
 def to_vector(look: Look) -> tuple[np.ndarray, np.ndarray]:
-    """The vector of a look, (COUNT,) float32 of about 0..1, and how much each number counts.
+    """The vector of a look, (COUNT,) float32 of about 0..1, and a weight for each number.
 
-    The weight of a colour or a dial is the opacity of its layer: what is not worn has none.
+    The weight of a colour or a dial is the opacity of its layer, so a layer that is not worn has no
+    weight. The weight of an opacity is 1.
     """
     vector, weights = [], []
     for kind, slot, dials in LAYERS:
@@ -66,7 +68,7 @@ def to_vector(look: Look) -> tuple[np.ndarray, np.ndarray]:
 
 
 def from_vector(vector: np.ndarray) -> list[ReadLayer]:
-    """The layers that a vector describes, in the order of LAYERS; none is left out."""
+    """The layers that a vector describes, in the order of LAYERS, including those not worn."""
     read, values = [], iter(np.clip(np.asarray(vector, np.float64), 0, 1).tolist())
     for kind, slot, dials in LAYERS:
         opacity, red, green, blue = (next(values) for _ in range(4))

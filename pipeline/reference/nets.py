@@ -1,4 +1,4 @@
-"""The nets that read a photo: loaded at first use, or in a thread beforehand, and given back."""
+"""The nets that read a photo: loaded at first use, or beforehand in a thread, and freed."""
 
 import threading
 from collections.abc import Generator, Iterable
@@ -7,11 +7,11 @@ from functools import cache
 
 from makeup_video.pipeline.faces.net import Net
 
-# The nets of the whole face, of the eyes' corners, of the mouth, and of the crop of the lips, whose
-# name is that of its crop. The net of the crop of the eyes is a part of the baseline alone
+# The nets of the whole face, of the eyes' corners, of the mouth, and of the crop of the lips. The
+# last has the name of its crop. Only the baseline uses the net of the crop of the eyes
 # (training/reference/read_look.py).
 MAKEUP, LINER, LIPSTICK, LIPS = "makeup", "liner", "lipstick", "lips"
-_LOADING = threading.Lock()  # no net is loaded twice
+_LOADING = threading.Lock()  # so that no two threads load the same net
 
 
 def reference_net(name: str) -> Net:
@@ -22,13 +22,13 @@ def reference_net(name: str) -> Net:
 
 @cache
 def _loaded(name: str) -> Net:
-    # one thread: a second saves nothing, and a process that is forked would wait for it for ever
+    # one thread: a second one saves no time, and a forked process would wait for it for ever
     return Net(f"reference_{name}", threads=1)
 
 
 @contextmanager
 def loading(names: Iterable[str]) -> Generator[None, None, None]:
-    """Load nets in a thread within the block: to decode a photo and find its face takes as long."""
+    """Load nets in a thread during the block, which decodes a photo and takes about as long."""
     thread = threading.Thread(target=_load, args=(names,), name="makeup-reference", daemon=True)
     thread.start()
     try:
@@ -38,11 +38,11 @@ def loading(names: Iterable[str]) -> Generator[None, None, None]:
 
 
 def _load(names: Iterable[str]) -> None:
-    with suppress(Exception):  # whoever needs the net raises it again
+    with suppress(Exception):  # the code that needs the net will raise the error again
         for name in names:
             reference_net(name)
 
 
 def forget_nets() -> None:
-    """Give the memory of all nets back; loading them again takes 0.1 s."""
+    """Free the memory of all nets; loading them again takes 0.1 s."""
     _loaded.cache_clear()

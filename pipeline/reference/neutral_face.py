@@ -1,4 +1,4 @@
-"""A face of a photo in neutral light, at one size: what the colours of makeup are measured on."""
+"""A face of a photo in neutral light and at one size, on which colours of makeup are measured."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,29 +13,30 @@ from makeup_video.pipeline.frames.sampling import sample
 from makeup_video.pipeline.reference.photo_light import neutral_table
 from makeup_video.pipeline.render.scene import SceneLight
 
-IOD_PX = 120  # distance of the outer eye corners, where the photo is sharp enough
+IOD_PX = 120  # distance of the outer eye corners, unless a small face would be enlarged too much
 _MOST_ENLARGED = 2.0
 _MARGIN = 0.35  # around the points of the face, in IOD
-_FAINTEST = 1e-3  # linear light below which there is only noise
+_FAINTEST = 1e-3  # below this linear light, or share of skin's light, there is only noise
 # Skin that hardly anybody makes up, as closed contours of the face's points: forehead, ridge of the
-# nose, and beside the mouth, each with its mirror image.
+# nose, and beside the mouth. The mirror image of each contour counts, too.
 PLAIN_SKIN = (
     (108, 151, 337, 338, 10, 109),
     (6, 197, 195, 5, 4, 45, 220, 196),
     (207, 214, 212, 216),
 )
-# Of each, the share of the light of the middle one below which it is not counted: it is under hair,
-# a beard or a hat. Hair over the forehead may be light.
+# The median light of these three places is the measure. A place with less light than this share of
+# it does not count, since hair, a beard or a hat hides it. Hair over the forehead may be light.
 _HIDDEN = (0.65, 0.4, 0.4)
-LUMINANCE = to_xyz(1)[1]  # of linear R, G, B of sRGB
+LUMINANCE = to_xyz(1)[1]  # weights of sRGB's linear R, G, B
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NeutralFace:
     """A face in neutral light of full strength.
 
-    rgb8: (H, W, 3) uint8, the part of the photo, at this size, in its own light.
-    linear: (H, W, 3) float32, linear R, G, B as of sRGB: what shows a product's colour p has p.
+    rgb8: (H, W, 3) uint8, the face's part of the photo, at this size, in the photo's own light.
+    linear: (H, W, 3) float32, in neutral light, linear R, G, B of sRGB. A pixel that shows a
+    product of colour p has the value p.
     face: in px of these pictures.
     skin: (3,) linear R, G, B of plain skin.
     light: (3,) linear R, G, B of the light that was divided out, mean 1.
@@ -48,14 +49,16 @@ class NeutralFace:
     light: np.ndarray
 
     def roots(self, linear: np.ndarray) -> np.ndarray:
-        """Linear colours (..., 3) -> the square roots of their shares of skin, as films mix."""
+        """Linear colours (..., 3) -> square roots of their shares of skin; films mix by these."""
         roots: np.ndarray = np.sqrt(np.maximum(linear / self.skin, _FAINTEST))
         return roots
 
 
 def neutral_face(rgb8: np.ndarray, face: Face, light: SceneLight) -> NeutralFace:
-    """The face of a photo, (H, W, 3) uint8, R'G'B' as sRGB encodes it, with its light divided
-    out."""
+    """Cut the face out of a photo, and divide its light out.
+
+    rgb8: (H, W, 3) uint8, R'G'B' as sRGB encodes it.
+    """
     iod = iod_px(face)
     scale = min(_MOST_ENLARGED, IOD_PX / iod)
     xy = face.points_px[:, :2].astype(np.float64)
@@ -73,7 +76,7 @@ def filled(
 ) -> np.ndarray:
     """(h, w) bool: the pixels within closed contours of the face's points.
 
-    mirrored: within their mirror images on the face, too.
+    mirrored: include the pixels within the contours' mirror images on the face.
     """
     inside = np.zeros(hw[:2], np.uint8)
     points = np.rint(face.points_px[:, :2]).astype(np.int32)
@@ -88,7 +91,7 @@ def filled(
 
 
 def _skin(linear: np.ndarray, face: Face) -> np.ndarray:
-    """(3,) the median of plain skin that is seen, linear."""
+    """(3,) the linear median of the plain skin that can be seen."""
     places = [
         (share, place)
         for share, contour in zip(_HIDDEN, PLAIN_SKIN, strict=True)

@@ -10,10 +10,10 @@ from makeup_video.pipeline.frames.rgb import to_frame
 from makeup_video.pipeline.render.scene import SceneLight
 from makeup_video.pipeline.render.scene_light import light_of
 
-# Light is read from a copy whose outer eye corners are this far apart, as in training, and that has
-# no more pixels than this. With the eyes 20 px apart, the light is still the same within 1 %.
+# The light is read from a copy that is at most so large: px between the outer eye corners, as in
+# training, and px of the copy. With 20 px between the corners the light is the same within 1 %.
 _LIGHT_IOD_PX, _LIGHT_PX = 69, 1_000_000
-_DARKEST = 0.05  # least light that is divided out: below it there is only noise
+_DARKEST = 0.05  # the least light that is divided out: with less there is only noise
 
 
 def photo_light(rgb8: np.ndarray, face: Face) -> SceneLight:
@@ -27,8 +27,10 @@ def photo_light(rgb8: np.ndarray, face: Face) -> SceneLight:
 
 
 def neutral_table(light: SceneLight) -> np.ndarray:
-    """(256, 3) float64: the linear light that each code of R, G and B, as sRGB encodes it, would
-    have in neutral light of full strength. It may exceed 1."""
+    """(256, 3) float64: each code of R', G' and B' -> linear in neutral light of full strength.
+
+    The codes are sRGB's. The values may exceed 1.
+    """
     gain = np.maximum(light.colour.astype(np.float64) * light.strength, _DARKEST)
     table: np.ndarray = to_linear(np.repeat(np.arange(256)[:, None] / 255, 3, axis=1), SRGB) / gain
     return table

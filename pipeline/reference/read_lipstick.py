@@ -1,9 +1,9 @@
 """Reads how a lipstick shines and fades towards its border, with a net that sees the mouth.
 
-The net gives both on the scales by which people labelled mouths: gloss 0 for matte, 1 for satin, 2
-for glossy, 3 for wet; fade 0 where lipstick is even up to its border, 2 where it fades out there.
-For a gloss or fade that people see in a photo, the lipstick is painted with the gloss or gradient
-to which, when it was painted, a person gave the same number (docs/decisions/reference.md).
+The net returns both on the scales with which people labelled mouths. Gloss is 0 for matte, 1 for
+satin, 2 for glossy, 3 for wet. Fade is 0 for lipstick that is even up to its border, and 2 for
+lipstick that fades out there. The gloss and gradient that are painted are those for which people,
+looking at painted lips, gave the same numbers (docs/decisions/reference.md).
 """
 
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ from makeup_video.pipeline.reference.level_crop import level_place
 from makeup_video.pipeline.reference.nets import LIPSTICK, reference_net
 
 MOUTH_WH = (112, 80)  # px of the net's input
-MOUTH_PX = 0.7 * MOUTH_WH[0]  # width of the mouth there
-# The middle of the outer contour of the lips, above and below.
+MOUTH_PX = 0.7 * MOUTH_WH[0]  # width of the mouth in the input
+# The points in the middle of the lips' outer contour, above and below.
 _MIDDLES = (0, 17)
-# What the net returns, and what is painted for it. The net returns more gloss than people see in
-# the same photos, and less fade where lipstick clearly fades.
+# The values that the net returns, and what is painted for each. The net returns more gloss than
+# people see in the same photos, and less fade when a lipstick clearly fades.
 _GLOSS_RETURNED = (0.77, 1.11, 1.4, 1.68, 1.91, 2.34, 2.81)
 _GLOSS = (0.0, 0.1, 0.3, 0.5, 0.75, 1.15, 1.5)
 _FADE_RETURNED = (0.22, 0.38, 0.82, 1.32, 1.54)
@@ -37,7 +37,7 @@ class LipstickForm:
 
 
 def read_lipstick(rgb8: np.ndarray, face: Face) -> LipstickForm:
-    """The form of a face's lipstick, which is taken to be worn.
+    """The form of a face's lipstick, assuming that the face wears one.
 
     rgb8: (H, W, 3) uint8, R'G'B'.  Raises InstallError without the net.
     """
@@ -49,7 +49,7 @@ def read_lipstick(rgb8: np.ndarray, face: Face) -> LipstickForm:
 
 
 def lipstick_numbers(rgb8: np.ndarray, face: Face) -> np.ndarray:
-    """(2,) what the net returns, gloss and fade: the mean of the mouth and its mirror image."""
+    """(2,) gloss and fade as the net returns them: the mean over the mouth and its mirror image."""
     mouth = mouth_input(rgb8, face)
     found = reference_net(LIPSTICK)(np.stack([mouth, mouth[:, ::-1]]))["lipstick"]
     numbers: np.ndarray = found.mean(0)
@@ -57,12 +57,12 @@ def lipstick_numbers(rgb8: np.ndarray, face: Face) -> np.ndarray:
 
 
 def mouth_input(rgb8: np.ndarray, face: Face) -> np.ndarray:
-    """The net's input, (80, 112, 3) uint8: the mouth, its corners level."""
+    """The net's input, (80, 112, 3) uint8: the mouth, with its corners level."""
     return RgbPicture(rgb8).crop(mouth_place(face), MOUTH_WH)
 
 
 def mouth_place(face: Face) -> AffineArray:
-    """Where the picture of mouth_input lies: the affine map from its px to the photo's."""
+    """The affine map from px of the picture of mouth_input to px of the photo."""
     points = face.points_px[:, :2].astype(np.float64)
     left, right = points[list(MOUTH_CORNERS)]
     middle, along = (left + right) / 2, right - left

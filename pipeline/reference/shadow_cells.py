@@ -1,5 +1,8 @@
-"""The skin around the eyes as the cells of a density map: how bare faces look there, how a product
-shows, and where eyeshadow may lie."""
+"""The skin around the eyes as the cells of a density map.
+
+For each cell this tells how bare faces look there, how a product shows, and whether eyeshadow may
+lie there.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,29 +18,32 @@ from makeup_video.pipeline.look.look import Layer
 from makeup_video.pipeline.reference.flat_eyes import density, flat_places, is_seen
 from makeup_video.pipeline.reference.product_film import ProductFilm
 
-# Roots of bare eyes as shares of those measured: photos of makeup have more light there than most
-# faces on which a look is painted.
+# The measured roots of bare eyes are multiplied by this: photos of makeup have more light around
+# the eyes than most faces on which a look is painted.
 _DEEPER = 0.95
-# How much more skin a layer of one shape hides, and how much more of its own colour it shows, than
-# a product all around the eye: least squares over bare faces painted in random colours.
+# How many times as much skin a layer of one shape hides, and how many times as much of its own
+# colour it shows, as a product all around the eye. By least squares over bare faces that were
+# painted in random colours.
 _HIDES, _SHOWS = 1.13, 1.18
-# A product that is lighter than skin by more than this, in roots, counts as pale, unless it is
-# vivid: then its least root lies this far below that of skin.
+# A product that is lighter than skin by more than the first, in roots, counts as pale. It does not
+# if it is vivid: its least root lies below that of skin by more than the second.
 LIGHTER, VIVID = 0.03, 0.15
 # Where eyeshadow may lie: across from the inner corner outwards, and by height from below the eye
-# to the brow; at each end, where half of what is seen may be makeup, and over how far it fades.
+# to the brow. Each end has a place, where half of the colour may be makeup, and a width over which
+# this share fades.
 _INNER, _OUTER = (0.0, 0.35), (1.4, 0.5)
 _LOWER, _UPPER = (-0.85, 0.6), (1.9, 0.6)
-_ENDS = 0.27  # how far beside what is seen eyeshadow ends, in widths of the eye
+_ENDS = 0.27  # eyeshadow ends this far beside the columns that are seen, in widths of the eye
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
     """What is known of the cells of a density map before a photo is seen.
 
-    film: bare faces, of each cell, and a product of opacity 1.  weights: (27, 24), what each cell
-    counts, 1 at most: little where bare faces differ much, such as at the lashes.
-    reach: (27, 24), how much of all that is seen may be makeup, 0..1.
+    film: bare faces, and how a product of opacity 1 shows on them, in each cell.
+    weights: (27, 24), how much each cell counts, at most 1: little where bare faces differ much,
+    such as at the lashes.
+    reach: (27, 24), how much of a cell's colour may be makeup, 0..1.
     """
 
     film: ProductFilm
@@ -47,7 +53,7 @@ class Cells:
 
 @lru_cache(maxsize=1)
 def shadow_cells() -> Cells:
-    """The cells of every face."""
+    """The cells, which are the same for every face."""
     numbers = on_map(read_array("bare_eyes.npy").astype(np.float32))
     bare, hides, shows = numbers[..., :3], numbers[..., 3], numbers[..., 4]
     film = ProductFilm(_DEEPER * bare, _HIDES * hides, _SHOWS * shows)
@@ -60,7 +66,7 @@ def shadow_cells() -> Cells:
 
 
 def on_map(flat: np.ndarray) -> np.ndarray:
-    """Of flat eyes (27, 48, ...), what the cells of a map show, (27, 24, ...)."""
+    """Flat eyes (27, 48, ...) -> the cells of a map, (27, 24, ...)."""
     across, _ = flat_places()
     near = np.abs(across[:, None] - places_across()) / np.diff(places_across()).mean()
     weights = np.maximum(1 - near, 0).astype(np.float32)
@@ -69,8 +75,10 @@ def on_map(flat: np.ndarray) -> np.ndarray:
 
 
 def columns_seen(flat: np.ndarray) -> np.ndarray:
-    """(24,): 1 for the columns of a map that flat eyes (27, 48, 3) show, and the less, down to 0,
-    the further from those they lie."""
+    """(24,): 1 for the columns of a map that flat eyes (27, 48, 3) show.
+
+    Other columns have less, down to 0, the further they lie from those.
+    """
     across, _ = flat_places()
     there = across[is_seen(flat)]
     away = np.abs(places_across()[:, None] - there).min(1, initial=1)
@@ -89,8 +97,10 @@ def _density(shape: tuple[tuple[str, object], ...]) -> np.ndarray:
 
 
 def slot_of(found: np.ndarray) -> str:
-    """The slot of which the usual shape is most like a density (27, 24): the smaller of both,
-    summed, as a share of the larger."""
+    """The slot whose usual shape is most like a density (27, 24).
+
+    Likeness is the sum of the smaller of both densities over the sum of the larger.
+    """
     alike = {}
     for slot in KINDS["eyeshadow"].slots:
         usual = density_of({"slot": slot})

@@ -1,13 +1,13 @@
 """Spreads colours of eyeshadow over the skin around an eye: how much of each shows in every cell.
 
-The colours to begin with lie in usual places. Then the shares of the colours in all cells and the
-colours themselves are fitted in turn, by least squares; where what is seen is still far off,
-another colour is tried. Films mix linearly in roots of light (product_film.py), so of a cell in
-which the share e of each colour shows, with the film's response r and cover c,
+The first colours lie in usual places. Then the shares of the colours in all cells and the colours
+themselves are fitted in turn, by least squares. Where the fit is still far from the photo, another
+colour is tried. Films mix linearly in roots of light (product_film.py). So a cell in which the
+share e of each colour shows, with the film's response r and cover c, has the roots
 
     seen = bare + sum(e (r root - c bare)).
 
-Hair and shade stand beside makeup. Their places distinguish them: makeup ends around the eye, and
+Hair and shadows lie beside makeup. Their places tell them from it: makeup ends around the eye, and
 is no denser further out than further in.
 """
 
@@ -22,24 +22,25 @@ from makeup_video.pipeline.reference.product_film import ProductFilm, bounded
 from makeup_video.pipeline.reference.shadow_cells import LIGHTER, VIVID, Cells
 
 MOST = 4  # colours
-# What unlike neighbours cost, in squares of their difference, and what any share costs.
+# What neighbours cost, times the square of their difference, and what any share costs.
 _ROUGH, _SPARSE = 0.02, 0.001
 _ROUNDS, _NEW_ROUNDS, _STEPS = 2, 2, 20
-_ALIKE = 0.2  # distance of two roots up to which they are one colour
-_KNOWN = 0.4  # distance of the root that a cell asks for from a colour that is there already
-_KEEPS = 1.0  # weight of what a colour was before, in cells
-_NEW_WORTH = 0.25  # by how much a new colour must lessen the squared error, summed over all cells
-_NEAR = 2.5, 1.25  # rows and columns: how far around the worst cell a new colour is taken from
-# The opacity with which a new colour is calculated, and the response that a cell must have for it.
+_ALIKE = 0.2  # two colours whose roots are at most this far apart become one
+_KNOWN = 0.4  # a cell whose wanted root is this near to a colour of the fit asks for no new colour
+_KEEPS = 1.0  # weight of a colour's previous root, in cells
+_NEW_WORTH = 0.25  # a new colour must lessen the squared error, summed over all cells, by this
+_NEAR = 2.5, 1.25  # sigma in rows and columns: a new colour is a mean around the worst cell
+# The opacity with which a new colour is calculated, and the least response of its cells.
 _NEW_OPACITY, _SHOWS = 0.8, 0.15
-_DARK = 0.12  # luminance of a colour as a share of skin's: hair and brows are as dark
-# Cells beyond these places count as further out: above the crease, beside both corners, and below
-# the eye.
+_DARK = 0.12  # a colour of less luminance, as a share of skin's, is as dark as hair and brows
+# Beyond these places cells count as further out: above the crease, beside the inner and the outer
+# corner, and below the eye.
 _CREASE, _INNER, _OUTER, _BELOW = 1.1, 0.1, 1.0, -0.3
-# How much of a dark colour stays in each column beside a wing: all up to the corner, then less.
+# How much of a dark colour stays in each column when there is a wing: all up to the corner, then
+# less.
 _WITHOUT_WING = np.clip((_OUTER + 0.25 - places_across()) / 0.25, 0, 1)
-_LASHES = 0.8  # height up to which lashes darken the lids
-# By how many columns and rows shares are blurred before they are compared, and in the end.
+_LASHES = 0.8  # lashes darken the lids up to this height
+# Blurs of the shares, sigma in columns and rows: before they are compared, and at the end.
 _SOFT, _DONE = (0.4, 0.8), (0.3, 0.6)
 _LEAST_THROUGH, _FAINTEST = 0.1, 1e-3
 
@@ -48,7 +49,7 @@ _LEAST_THROUGH, _FAINTEST = 0.1, 1e-3
 class Spread:
     """Colours, in the order of painting.
 
-    roots: (N, 3).  densities: (N, 27, 24), 0..1.  opacities: (N,), of the products.
+    roots: (N, 3).  densities: (N, 27, 24), 0..1.  opacities: (N,) of the products.
     """
 
     roots: np.ndarray
@@ -65,11 +66,13 @@ def spread(
     lined: bool = True,
     winged: bool = False,
 ) -> Spread:
-    """Fit colours to what is seen, (27, 24, 3) roots.
+    """Fit colours to the roots `seen`, (27, 24, 3).
 
-    roots, shares: (N, 3) and (N, 27, 24), what to begin with.  most: (3,) the roots of white.
-    lined: whether eyeliner is worn, too; else what is dark along the lash lines alone are lashes.
-    winged: whether it surely has a wing; then what is dark beyond the outer corner is the wing.
+    roots, shares: (N, 3) and (N, 27, 24), the colours to begin with.  most: (3,) the roots of
+    white.
+    lined: whether eyeliner is worn, too; if not, what is dark only along the lash lines is lashes.
+    winged: whether the eyeliner surely has a wing; then a dark place beyond the outer corner is the
+    wing.
     """
     fit = _Fit(seen, cells, most)
     if len(roots):
@@ -104,19 +107,19 @@ class _Fit:
     def refined(
         self, roots: np.ndarray, shares: np.ndarray, rounds: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Shares and colours, in turn, and at last the shares."""
+        """Fit shares and colours in turn, and the shares once more at the end."""
         for _ in range(rounds):
             shares = self._shares(roots, shares)
             roots = self._roots(roots, shares)
         return roots, self._shares(roots, shares)
 
     def error(self, roots: np.ndarray, shares: np.ndarray) -> float:
-        """The squared error of all cells, by their weights."""
+        """The squared error summed over all cells by their weights."""
         rest = self._rest(roots, shares)
         return float((self._cells.weights * (rest * rest).sum(-1)).sum())
 
     def new_colour(self, roots: np.ndarray, shares: np.ndarray) -> np.ndarray | None:
-        """(3,) the root of what is missing around the worst cell; None where nothing is."""
+        """(3,) the root of the colour that is missing around the worst cell; None if none is."""
         film = self._cells.film
         film = ProductFilm(film.bare, film.cover, np.maximum(film.response, _SHOWS))
         pure = film.product_for(self._seen, _NEW_OPACITY)
@@ -140,19 +143,22 @@ class _Fit:
         return rest
 
     def _shown(self, roots: np.ndarray) -> np.ndarray:
-        """(N, 27, 24, 3): by what all of a colour would change a cell."""
+        """(N, 27, 24, 3): how a share of 1 of each colour would change the root of a cell."""
         film = self._cells.film
         own = film.response[..., None] * roots[:, None, None].astype(np.float32)
         shown: np.ndarray = own - film.cover[..., None] * film.bare
         return shown
 
     def _shares(self, roots: np.ndarray, shares: np.ndarray) -> np.ndarray:
-        """The best shares of these colours: by projected gradients with momentum (FISTA, Beck and
-        Teboulle 2009)."""
+        """The best shares of these colours, by projected gradient steps with momentum.
+
+        The method is FISTA (Beck and Teboulle 2009).
+        """
         shown, weights = self._shown(roots), self._cells.weights
         squares = np.einsum("kyxc,lyxc->klyx", shown, shown) * weights
         wanted = np.einsum("kyxc,yxc->kyx", shown, self._off) * weights
-        step = 1 / (np.abs(squares).sum(1).max(0) + 8 * _ROUGH)  # of each cell: Gershgorin
+        # for each cell, from Gershgorin's bound on the curvature
+        step = 1 / (np.abs(squares).sum(1).max(0) + 8 * _ROUGH)
         at, last, momentum = shares, shares, 1.0
         for _ in range(_STEPS):
             slope = (squares * at).sum(1) - wanted + _ROUGH * _unlike(at) + _SPARSE
@@ -163,7 +169,7 @@ class _Fit:
         return shares
 
     def _roots(self, roots: np.ndarray, shares: np.ndarray) -> np.ndarray:
-        """The best colours for these shares, which stay near what they were."""
+        """The best colours for these shares; they stay near the previous colours."""
         film, weights = self._cells.film, self._cells.weights.ravel()
         parts = (shares * film.response).reshape(len(shares), -1)
         through = self._off + (film.cover * shares.sum(0))[..., None] * film.bare
@@ -174,8 +180,10 @@ class _Fit:
 
 
 def _within(shares: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """The nearest shares (N, 27, 24) of which none is below 0 and no sum above `most`, (27, 24)
-    (projection onto a simplex, Duchi et al. 2008)."""
+    """The nearest shares (N, 27, 24) with none below 0 and no sum above `most`, (27, 24).
+
+    This is the projection onto a simplex of Duchi et al. 2008.
+    """
     largest = np.sort(shares, axis=0)[::-1].cumsum(0)
     counts = np.arange(1, len(shares) + 1, dtype=np.float32)[:, None, None]
     excess = ((largest - most) / counts).max(0, initial=0)
@@ -184,15 +192,17 @@ def _within(shares: np.ndarray, most: np.ndarray) -> np.ndarray:
 
 
 def _is_light(pure: np.ndarray, film: ProductFilm) -> np.ndarray:
-    """(27, 24) bool: where products, (27, 24, 3) roots, would be pale and not vivid: that is light
-    on the skin, or what lies behind the face."""
+    """(27, 24) bool: where products, (27, 24, 3) roots, would be pale and not vivid.
+
+    Such a cell shows light on the skin, or the background behind the face.
+    """
     off = film.response[..., None] / np.maximum(film.cover, _SHOWS)[..., None] * pure - film.bare
     light: np.ndarray = (off @ LUMINANCE > LIGHTER) & (off.min(-1) > -VIVID)
     return light
 
 
 def _merged(roots: np.ndarray, shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Colours and their shares, with those that are nearly alike in one."""
+    """Colours and their shares, in which colours that are nearly alike are merged into one."""
     while len(roots) > 1:
         off = np.linalg.norm(roots[:, None] - roots, axis=2) + np.tri(len(roots))
         first, second = np.unravel_index(int(off.argmin()), off.shape)
@@ -207,7 +217,7 @@ def _merged(roots: np.ndarray, shares: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _unlike(shares: np.ndarray) -> np.ndarray:
-    """By how much cells exceed their four neighbours, in sum."""
+    """The sum of the differences between each cell and its four neighbours."""
     down, across = np.diff(shares, axis=1), np.diff(shares, axis=2)
     unlike = np.zeros_like(shares)
     unlike[:, 1:] += down
@@ -218,8 +228,10 @@ def _unlike(shares: np.ndarray) -> np.ndarray:
 
 
 def _no_denser_outwards(shares: np.ndarray) -> np.ndarray:
-    """Shares (N, 27, 24) whose sum is, beyond the crease and beside and below the eye, no larger
-    than nearer to the eye: there begin brows and hair."""
+    """Shares (N, 27, 24) whose sum does not grow outwards from the eye.
+
+    This holds above the crease, and beside and below the eye, where brows and hair begin.
+    """
     total = _softened(shares.sum(0, keepdims=True), _SOFT)[0]
     up, down, across = heights(True), heights(False), places_across()
     least = total.copy()
@@ -235,13 +247,16 @@ def _no_denser_outwards(shares: np.ndarray) -> np.ndarray:
 
 
 def _without_lashes(shares: np.ndarray, at: int) -> np.ndarray:
-    """Shares (N, 27, 24), of which the dark colour `at` is, along the lash lines, no denser than a
-    little away from them. There all colours lie as they do a little away."""
+    """Shares (N, 27, 24) without the lashes, which the fit took for the dark colour `at`.
+
+    Along the lash lines that colour becomes no denser than a little away from them. The colours
+    that lie a little away fill the place that becomes free.
+    """
     up, down = heights(True), heights(False)
     upper = np.arange(int(np.abs(up - _LASHES).argmin()), len(up))
     lower = np.arange(len(up) + int(np.abs(down + _LASHES).argmin()), len(up) - 1, -1)
     bare = shares.copy()
-    for rows in (upper, lower):  # towards the lashes
+    for rows in (upper, lower):  # each from further away towards the lashes
         near = shares[:, rows[:1]]
         hidden = shares[at, rows] - np.minimum.accumulate(shares[at, rows])
         bare[at, rows] -= hidden
@@ -250,15 +265,14 @@ def _without_lashes(shares: np.ndarray, at: int) -> np.ndarray:
 
 
 def _softened(maps: np.ndarray, sigmas: tuple[float, float]) -> np.ndarray:
-    """(N, 27, 24), blurred by that many columns and rows."""
+    """Maps (N, 27, 24), blurred by these sigmas, in columns and rows."""
     across, down = sigmas
     softened = [cv2.GaussianBlur(one, (0, 0), across, sigmaY=down) for one in maps]
     return np.array(softened, np.float32).reshape(maps.shape)
 
 
 def _as_layers(shares: np.ndarray, cover: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Densities and opacities of products that are painted one over the other, of which these
-    shares show."""
+    """Densities and opacities with which products, painted over each other, show these shares."""
     densities, opacities = np.zeros_like(shares), np.zeros(len(shares))
     through = np.ones_like(cover)
     for at in reversed(range(len(shares))):

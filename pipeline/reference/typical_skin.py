@@ -1,8 +1,9 @@
-"""Takes the colours of a face to typical skin, so that makeup stands out on others as in the photo.
+"""Transfers the colours of a face to typical skin, so that makeup stands out as in the photo.
 
-What people see of makeup is how it differs from skin, in CIELAB. How light skin is in a photo
-depends as much on the exposure as on the person, so most of what sets its lightness apart from that
-of typical skin is taken to be light. Of its hue each kind of makeup says how much is the person's.
+People see makeup by how it differs from skin, in CIELAB. How light skin is in a photo depends as
+much on the exposure as on the person. So when skin is lighter or darker than typical skin, most of
+the difference counts as light. Each kind of makeup decides how much of the difference in hue is the
+person's own.
 """
 
 from dataclasses import dataclass
@@ -13,24 +14,31 @@ from makeup_video.pipeline.look.ciede2000 import lab_of_linear, linear_of_lab
 from makeup_video.pipeline.reference.neutral_face import NeutralFace
 from makeup_video.pipeline.render.skin_light import TYPICAL_SKIN
 
-_OWN_LIGHT = 0.4  # how much of the difference of L* is the person's: tried between 0 and 1
-# Of what skin is darker than that, in L*, that share is the person's: no photo is so underexposed.
+_OWN_LIGHT = 0.4  # the share of the difference in L* that is the person's; tried between 0 and 1
+# Skin may be darker than typical by more than the first, in L*. Of the excess, the second share is
+# the person's, since no photo is so underexposed.
 _DARK, _OWN_DARK = 12.0, 0.8
-_BRIGHT = 1.5  # colours down to one part in so much of the skin's L* show all of the light's hue
-_BLACK = 16.0  # what L* lacks to be in proportion to the cube root of light
+_BRIGHT = 1.5  # a colour whose L* times this reaches the skin's shows all of the light's hue
+_BLACK = 16.0  # L* plus this is in proportion to the cube root of light
 _FAINTEST = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TypicalSkin:
-    """Skin (3,), linear R, G, B, that stands for that of a photo, whose own is `seen`."""
+    """Skin that stands for the skin of a photo.
+
+    linear: (3,) its linear R, G, B.  seen: (3,) the linear R, G, B of the photo's own skin.
+    """
 
     linear: np.ndarray
     seen: np.ndarray
 
     @classmethod
     def of(cls, neutral: NeutralFace, own_hue: float) -> "TypicalSkin":
-        """own_hue: how much of the hue that sets this skin apart is the person's, 0..1."""
+        """The skin for a face.
+
+        own_hue: the share of the skin's difference in hue that is the person's, 0..1.
+        """
         typical = lab_of_linear(np.array(TYPICAL_SKIN))
         off = lab_of_linear(neutral.skin) - typical
         own = np.array([_OWN_LIGHT, own_hue, own_hue]) * off
@@ -38,11 +46,12 @@ class TypicalSkin:
         return cls(np.maximum(linear_of_lab(typical + own), _FAINTEST), neutral.skin)
 
     def roots(self, roots: np.ndarray) -> np.ndarray:
-        """Roots of shares of the photo's skin (..., 3) -> of this skin: as different in CIELAB.
+        """Roots of shares of the photo's skin (..., 3) -> roots of shares of this skin.
 
-        The darker a colour is, the less it shows the hue of the light: black stays black. Where the
-        photo's skin is too light, all colours lose the same share of their light, as in a shorter
-        exposure: reds do not become black.
+        Each colour differs from this skin, in CIELAB, as it did from the photo's. But the darker a
+        colour is, the less it shows the hue of the light, so black stays black. If the photo's skin
+        is too light, all colours lose the same share of their light, as in a shorter exposure, so
+        reds do not become black.
         """
         lab, skin = lab_of_linear(roots * roots * self.seen), lab_of_linear(self.seen)
         off = lab_of_linear(self.linear) - skin

@@ -19,9 +19,10 @@ def apply_look(rgb8: np.ndarray, look: Look, faces: Iterable[Face] | None = None
 
     rgb8: (H, W, 3) uint8, upright, R'G'B' as sRGB encodes it, less than 268 million px; it is not
     changed.
-    faces: those to paint, as `find_faces` found them in this very picture; None: all there are,
+    faces: the faces to paint, as `find_faces` found them in this very picture. Faces with numbers
+    that are not finite, or beyond a million px, are left alone. None: all faces in the picture,
     found in its Y'CbCr codes, as in videos, and so a little apart from where `find_faces` finds
-    them. Those with numbers that are not finite, or beyond a million px, are left alone.
+    them.
     Returns a new (H, W, 3) uint8 array, encoded like rgb8; a plain copy when there is no face or
     the look is bare.  Raises ValueError for another shape or dtype, TypeError for a look of another
     type and for faces that are not faces, InstallError when the face nets or OpenCL are missing,
@@ -35,7 +36,7 @@ class PaintPictures:
     """Paints looks on pictures, one after the other, as `apply_look` does.
 
     The kernels stay loaded, which saves most of the time of a small picture. Only one thread at a
-    time may use it.
+    time may use an instance.
     """
 
     def __init__(self) -> None:
@@ -58,14 +59,14 @@ class PaintPictures:
             item = FrameFaces(frame, check_faces(faces))
         sound = FrameFaces(frame, sound_faces(item))
         self._composite = self._composite or Composite(look)
-        if self._composite.look is not look:  # a look that is set draws its charts anew
+        if self._composite.look is not look:  # set_look makes all charts be drawn anew
             self._composite.set_look(look)
         painted = self._composite(BuildScene()(sound))
         return np.ascontiguousarray(merge(stored, painted, before)[..., ::-1])
 
 
 class _OfThread(threading.local):
-    """PyOpenCL keeps some of every kernel that was ever loaded, so each thread keeps its own."""
+    """PyOpenCL never frees all memory of a loaded kernel, so each thread keeps its kernels."""
 
     def __init__(self) -> None:
         self.paint = PaintPictures()

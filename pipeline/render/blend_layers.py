@@ -1,7 +1,7 @@
-"""How much each of several products shows that lie over each other on one surface.
+"""How much each product shows where several lie over each other on one surface.
 
-The kernel lays a film by mixing square roots of light, so films over each other are one film again:
-its share of opacity and its root of light are found by "over", as for pictures with transparency.
+The kernel lays a film by mixing square roots of light, so films over each other are one film again.
+Its opacity and its root of light follow from the operator "over", as for transparent pictures.
 kernels/product.cl composes the products.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 def shares_of(densities: np.ndarray, opacities: Sequence[float]) -> np.ndarray:
     """How much each layer shows: its density times what the layers above it let through.
 
-    densities: (layers, ...) float32, 0..1, the lowest first.  opacities: of the products, 0..1.
+    densities: (layers, ...) float32, 0..1, the lowest first.  opacities: of each product, 0..1.
     Returns the same shape, float32.
     """
     shares: np.ndarray = densities.copy()

@@ -25,12 +25,12 @@ from makeup_video.pipeline.render.surfaces.eyes import (
 from makeup_video.pipeline.render.surfaces.lips import LIP_RINGS
 from makeup_video.pipeline.render.surfaces.region import SeenFace
 
-# A region's mean light follows as slowly as the light on the face does: so a shadow that passes
-# is seen on the product at once, as on the skin.
+# Time constant of a region's mean light, the same as of the light on the face. The mean hardly
+# changes in a passing shadow, so the shadow is seen on the product at once, as on the skin.
 _SETTLE_SECONDS = 0.5
-_FORGET_SECONDS = 1.0
-# Points around all that the kernel reads light for: borders of the lips, corners of the eyes and
-# folds.
+_FORGET_SECONDS = 1.0  # a region unseen for longer starts with a new mean
+# Points that enclose all places that the kernel reads light for: the lips' borders, the eyes'
+# corners and the folds above them.
 _LIT = np.concatenate(
     [
         LIP_RINGS[::4, ::2].ravel(),
@@ -48,10 +48,10 @@ class _Mean(NamedTuple):
 
 
 class BuildScene:
-    """FrameFaces -> FrameScene; keeps, for each track, the light of its regions.
+    """FrameFaces -> FrameScene; keeps the mean light of each track's regions.
 
-    device: as for open_device.  exclusive: with kernel objects of its own, so that a thread of
-    lower priority cannot block this one.  Raises as open_device does.
+    device: see open_device.  exclusive: use kernel objects of its own, so that a thread of lower
+    priority cannot block this one.  Raises as open_device does.
     """
 
     def __init__(self, device: str = "", *, exclusive: bool = False) -> None:
@@ -63,7 +63,7 @@ class BuildScene:
         return self.under(self._light(item), item)
 
     def under(self, lights: tuple[SceneLight, ...], item: FrameFaces) -> FrameScene:
-        """The same when the light on each face is known."""
+        """Build the scene when the light on each face is known.  lights: in the faces' order."""
         frame = item.frame
         coding = coding_of(frame)
         if item.cut:
@@ -100,8 +100,8 @@ class BuildScene:
         face: Face,
         places: Mapping[str, list[GridPlace | None]],
     ) -> tuple[FaceSurfaces | None, Mapping[str, float]]:
-        """What the kernel makes of lips and lids, all at once, or None where none of them is seen;
-        and how soft the picture is there."""
+        """The lips and lids of a face, from one call of the kernel, and how soft the picture is
+        there. The surfaces are None where neither lips nor lids are seen."""
         grids = [place for name in READ for place in places[name]]
         there = [place for place in grids if place]
         if not there:
@@ -111,10 +111,10 @@ class BuildScene:
         return surfaces, softness_of(planes, face)
 
     def _smooth(self, key: tuple[int, str], mean: float, seconds: float) -> float:
-        """The mean light of a region, smoothed by the frames' time."""
+        """The mean light of a region, smoothed over the frames' time."""
         before, last_seconds = self._means.get(key, _Mean(mean, seconds))
         since = seconds - last_seconds
-        # no time has passed: a second face with the same id
+        # `since` is 0 for a second face with the same id, which is not smoothed
         share = 1 - math.exp(-since / _SETTLE_SECONDS) if 0 < since < _FORGET_SECONDS else 1.0
         smooth = before + share * (mean - before)
         self._means[key] = _Mean(smooth, seconds)
@@ -125,5 +125,5 @@ def _surface(device: str) -> SurfaceKernel:
     return SurfaceKernel(open_device(device), np.concatenate([LIP_RINGS, LID_RINGS]))
 
 
-# One kernel for all threads of a process: single pictures build a scene each.
+# One kernel for all threads of a process: each single picture makes its own BuildScene.
 _shared_surface = once_a_process(_surface)

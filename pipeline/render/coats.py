@@ -1,7 +1,7 @@
 """A look on a face -> jobs: which coats of which products go on which surface, and where.
 
-Densities are drawn once for a look, on a chart of each side of a region. For a frame they are
-looked up at the places of its surfaces. Lines are drawn for every frame.
+Densities are drawn once for a look, on a chart of each side of a region. For each frame they are
+looked up at the places of the region's surfaces. Lines are drawn anew for every frame.
 """
 
 from collections.abc import Iterator, Sequence
@@ -37,7 +37,7 @@ _HIDES_RED, _SHOWS_RED = 45.0, 70.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WornCoat:
-    """A product of a look.  strength: 0..1, how much of all of the product."""
+    """A product of a look.  strength: 0..1, scales the whole product."""
 
     kind: Kind
     product: GraphicsParams
@@ -48,8 +48,8 @@ class WornCoat:
 class Drawn:
     """Coats that are painted in one go, LAYERS at most, and their charts.
 
-    charts: None for one coat with a density of 1 all over.
-    edge: at the surface's own border.
+    charts: None for a single coat with a density of 1 everywhere.
+    edge: how the coats end at the surface's own border.
     """
 
     coats: tuple[WornCoat, ...]
@@ -59,9 +59,9 @@ class Drawn:
 
 @dataclass(slots=True, eq=False)
 class Group:
-    """Layers that are painted in one go: all on one region, but each line alone.
+    """Layers that are painted in one go: successive layers of one region, lines apart from areas.
 
-    region: a key of REGIONS.  number: of the one surface that wears the layers; None: all do.
+    region: a key of REGIONS.  number: the one surface that wears the layers; None: all wear them.
     """
 
     region: str
@@ -71,9 +71,9 @@ class Group:
     _drawn: list[Drawn] | None = field(default=None, init=False, repr=False)
 
     def on(self, surface: Surface) -> list[Drawn]:
-        """The coats of the layers on the charts of all sides of such a surface, in the order of
-        painting."""
-        if self._drawn is None:  # for all frames
+        """The coats of the layers, drawn on the charts of all sides of a surface of the region, in
+        the order of painting."""
+        if self._drawn is None:  # drawn once for all frames
             self._drawn = _draw([side.chart for side in surface.sides()], self.layers)
         return self._drawn
 
@@ -82,13 +82,13 @@ class Part(NamedTuple):
     """Coats that lie on one surface.
 
     coats: one or more, in the order of painting.
-    edge: at the surface's own border.
-    shares: (coats, H, W) float32 on the surface's grid, 0..1, how much of each shows; None for a
-    single coat.
-    seen: of several coats, the sums of their shares.
-    density: (H, W); of one coat its own, of several 1 where there is any of them, of strokes True
-    where they may be seen; None for 1 everywhere.
-    strokes: (H, W) each, drawn in place of the densities, and faded over blur_px of the frame.
+    edge: how the coats end at the surface's own border.
+    shares: (coats, H, W) float32 on the surface's grid, 0..1, how much of each coat shows; None for
+    a single coat.
+    seen: the sums of these shares, one for each of several coats.
+    density: (H, W): of a single coat its density, of several coats 1 where any of them lies, of
+    strokes True where they may be seen; None for 1 everywhere.
+    strokes: (H, W) each, drawn in place of a density; their borders fade over blur_px of the frame.
     """
 
     lit: Lit
@@ -105,10 +105,10 @@ class Part(NamedTuple):
 class PaintJob(NamedTuple):
     """Coats that are painted on one surface in one go.
 
-    amount: 0..1, how much of all their products.
-    shade: share of the light that falls on the surface, 0..1.
-    skin_px: px of the picture for the distance of the eyes.
-    share: px of the picture for one of the frame.
+    amount: 0..1, scales all of their products.
+    shade: share of the light on the face that falls on the surface, 0..1.
+    skin_px: the distance of the eyes in px of the painted picture.
+    share: px of the painted picture for one px of the frame.
     """
 
     part: Part
@@ -128,13 +128,13 @@ class PaintJob(NamedTuple):
 
     @property
     def is_veil(self) -> bool:
-        """True when it has nothing finer than its densities, such as a sparkle."""
+        """True for coats on a broad surface without sparkles, which are finer than densities."""
         return self.surface.is_broad and not any(coat.product.shimmer for coat in self.coats)
 
     def rect(self, size_wh: tuple[int, int], block: tuple[int, int]) -> Rect | None:
-        """All that has weight on a frame; None when nothing of it lies there."""
+        """The rectangle of a frame that holds all weight of the job; None when none lies there."""
         part = self.part
-        if part.density is not None and part.strokes:  # whatever the surface's own border
+        if part.density is not None and part.strokes:  # lines may cross the surface's own border
             low_xy, high_xy = part.surface.grid.box_px(box_of(part.density), more=1)
         else:
             low_xy, high_xy = part.surface.reach(part.edge, part.density)
@@ -142,32 +142,35 @@ class PaintJob(NamedTuple):
 
     @property
     def is_line(self) -> bool:
-        """True when it is drawn with strokes."""
+        """True for coats that are drawn with strokes."""
         return bool(self.part.strokes)
 
     def line(self) -> Line:
-        """Its strokes as kernels/strokes.cl draws them."""
+        """The strokes as kernels/strokes.cl draws them."""
         part, share = self.part, self.share
         soft_px = fade_px(part.edge.sigma_px)
         blur_px = max(part.blur_px * share, soft_px)
         return line_of(part.surface.grid, part.strokes, blur_px, soft_px, share)
 
     def weigh(self, out: np.ndarray, origin_xy: tuple[int, int]) -> None:
-        """Fill (h, w) float32 with the weight of coats that are no line, on the frame's pixels from
-        origin_xy on."""
+        """Fill (h, w) float32 with the coats' weight on the frame's pixels from origin_xy on; not
+        for lines."""
         part = self.part
         part.surface.weigh(out, origin_xy, part.edge, part.density)
 
 
 def scaled(job: PaintJob, to_new: AffineArray, share: float) -> PaintJob:
-    """The same on a picture of another size.  share: its px for one of the frame."""
+    """The job on a picture of another size.
+
+    to_new: px of the frame -> px of that picture.  share: px of it for one px of the frame.
+    """
     edge = job.part.edge._replace(sigma_px=job.part.edge.sigma_px * share)
     part = job.part._replace(surface=job.surface.scaled(to_new), edge=edge)
     return job._replace(part=part, skin_px=job.skin_px * share, share=share)
 
 
 def groups_of(layers: Sequence[Layer]) -> list[Group]:
-    """Layers as Look.painted has them, in the order of painting."""
+    """Group the layers of Look.painted, in the order of painting."""
     return [
         Group(region, tuple(together), bool(line), NUMBERS.get(eye))
         for (region, line, eye), together in groupby(layers, _together)
@@ -175,7 +178,7 @@ def groups_of(layers: Sequence[Layer]) -> list[Group]:
 
 
 def _together(layer: Layer) -> tuple[str, str, str]:
-    """The region of a layer, the kind of a line, and the eye that wears it."""
+    """What layers of one group share: the region, the kind if they are lines, and the eye."""
     kind = KINDS[layer.kind]
     return kind.region, kind.name if kind.is_line else "", layer.shape.get("eye", BOTH_EYES)
 
@@ -202,10 +205,10 @@ def _draw(charts: Sequence[Any], layers: Sequence[Layer]) -> list[Drawn]:
 def _edge_of(coats: Sequence[tuple[WornCoat, Sequence[Coat | None]]]) -> Edge:
     """How coats end at the surface's own border.
 
-    The first one decides; a darker coat over it, which may be a line around it, counts by how much
-    of it shows where it is densest.
+    The first coat decides. A darker coat over it, such as a lip liner's rim, counts by how much of
+    it shows where it is densest.
 
-    coats: each with what of it lies on each chart.
+    coats: each with its Coat on every chart, None on charts where the coat does not lie.
     """
     (first, _), *others = coats
     pale = _paleness(first.product)
@@ -241,20 +244,20 @@ def _stacked(coats: Sequence[Coat | None]) -> np.ndarray | None:
 
 
 def _coats(at: Any, layer: Layer) -> list[Coat]:
-    """Of all surfaces of a region, (N, H, W)."""
+    """The coats of a layer.  at: the fields or the chart of a surface, see look/kinds/fields.py."""
     return KINDS[layer.kind].coats(at, layer.product, layer.shape)
 
 
 @lru_cache(maxsize=64)
 def _worn(kind: str, product: GraphicsParams, strength: float) -> WornCoat:
-    """The same object for all frames: a line's coat is drawn anew, and what of a product no light
-    changes is kept by its coat."""
+    """The same object in all frames, though lines are drawn anew in each: `coat_records` caches by
+    the object what no light changes."""
     return WornCoat(KINDS[kind], product, strength)
 
 
 @lru_cache(maxsize=64)
 def _paleness(product: GraphicsParams) -> float:
-    """0..1: 0 for what hides the red beyond the border of lips, 1 for what shows all of it."""
+    """0 for a product that hides the red beyond the lips' border, to 1 if it shows all of it."""
     lightness = float(lab_of(np.array((product.red, product.green, product.blue)))[0])
     share = min(max((lightness - _HIDES_RED) / (_SHOWS_RED - _HIDES_RED), 0), 1)
     return share * share * (3 - 2 * share)
@@ -265,7 +268,7 @@ def jobs_of(
 ) -> Iterator[PaintJob]:
     """The jobs of a look on one face, in the order of painting.
 
-    groups: of `groups_of`.
+    groups: the result of `groups_of`.
     """
     skin_px = iod_px(scene.face)
     for group in groups:
@@ -289,7 +292,7 @@ def jobs_of(
 def _areas(
     lits: Sequence[Lit], group: Group, amount: float, sigma_px: float, device: Device
 ) -> Iterator[Part]:
-    """The coats of some layers on each surface of a region, on the sides where there are any."""
+    """The coats of a group on each surface of a region, on the sides where coats lie."""
     for drawn in group.on(lits[0].surface):
         coats, charts, edge = drawn.coats, drawn.charts, drawn.edge._replace(sigma_px=sigma_px)
         if charts is None:
@@ -307,7 +310,7 @@ def _areas(
 
 
 def _lines(lits: Sequence[Lit], group: Group, sigma_px: float) -> Iterator[Part]:
-    """The lines of a layer on each surface. They lie where they are drawn, whatever the side."""
+    """The lines of a group on each surface. They lie where they are drawn, whatever the side."""
     for layer in group.layers:
         for coat in _coats(lits[0].surface.fields(), layer):
             worn = (_worn(layer.kind, coat.product, layer.strength),)

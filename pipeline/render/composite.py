@@ -36,12 +36,13 @@ def open_canvas(device: str = "") -> Canvas:
 class Composite:
     """Paints `look` on every frame.
 
-    device: as for open_device, or a canvas, which several may share in one thread.
+    device: see open_device; or a canvas, which several Composites of one thread may share.
     faces: all, largest, or a face's number.
     painted_frames: how many frames had a face that was painted.
     painted_areas: which areas of faces were painted, as Kind.must_see names them.
-    chosen_frames: how many had a face that was chosen by `faces`, its lips and lids seen or not.
-    numbers: the ids of all faces seen.  largest_id: the face that was painted last as the largest.
+    chosen_frames: how many frames had a face that `faces` chose, whether or not its lips and lids
+    were seen.
+    numbers: the ids of all faces seen.  largest_id: the face that was last painted as the largest.
     level: may be set between two frames. At LESS_DETAIL large regions are painted at half size.
     Raises as open_device does.
     """
@@ -65,7 +66,7 @@ class Composite:
         self._reader.kept.clear()
 
     def set_look(self, look: Look) -> None:
-        """Take effect from the next frame on."""
+        """Paint this look from the next frame on."""
         self.look = look
         self._groups = groups_of(look.painted)
 
@@ -106,8 +107,8 @@ class Composite:
         on_frame = list(_placed(jobs, size, item.frame.chroma))
         placed: list[PlacedJob] = []
         for job, rect in on_frame:
-            # a veil has no detail of its own, and its area is large; veils come first in the order
-            # of painting
+            # a veil has no detail to lose; veils are first in the order of painting, so they may be
+            # painted before all other jobs
             if job.is_veil and _area_px(rect) > _VEIL_PX:
                 self._paint_small(item, planes, [job], 4 if _area_px(rect) > _LARGE_VEIL_PX else 2)
             else:
@@ -126,7 +127,7 @@ class Composite:
     def _jobs(
         self, item: FrameScene, faces: tuple[FaceScene, ...], groups: list[Group]
     ) -> list[PaintJob]:
-        """What there is to paint: all surfaces are read before anything is painted."""
+        """All that there is to paint: every surface is read before anything is painted."""
         kept = self._reader.kept
         if item.cut:
             kept.clear()
@@ -186,7 +187,7 @@ class Composite:
 class _Pile:
     """Jobs on one surface, which are painted as coats on one copy of their pixels.
 
-    rect: holds those of all jobs.
+    rect: encloses the rectangles of all jobs.
     """
 
     rect: Rect

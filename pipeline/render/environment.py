@@ -9,13 +9,13 @@ from makeup_video.kernels.material import ENVIRONMENT_PX
 from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.render.product_material import film_matrices
 
-_ROOM_COLOUR = 0.4  # of what is reflected: a close-up's frame is mostly the face itself
+_ROOM_COLOUR = 0.4  # saturation that a reflection keeps: a close-up is mostly the face itself
 
 
 @lru_cache
 def room_colours(primaries: int) -> np.ndarray:
-    """(3, 3): takes some of the saturation, and changes to the primaries in which products are
-    mixed."""
+    """(3, 3): the matrix that removes some of the saturation, and changes to the primaries in which
+    products are mixed."""
     colours = _ROOM_COLOUR * np.eye(3) + (1 - _ROOM_COLOUR) / 3
     turned: np.ndarray = np.reshape(film_matrices(primaries)[0], (3, 3)) @ colours
     return turned

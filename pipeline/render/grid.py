@@ -19,9 +19,10 @@ def box_of(seen: np.ndarray) -> Box:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grid:
-    """Places on a frame, a small picture of rows and columns.
+    """Rows and columns of places on a frame, like the pixels of a small picture.
 
-    to_px: (2, 3) float64, from the grid's pixels (x, y, 1) to the frame's. size_wh: its size.
+    to_px: (2, 3) float64, from the grid's pixels (x, y, 1) to the frame's.
+    size_wh: how many columns and rows the grid has.
     """
 
     to_px: AffineArray
@@ -29,11 +30,11 @@ class Grid:
 
     @classmethod
     def at(cls, to_px: tuple[float, ...], hw: tuple[int, ...]) -> "Grid":
-        """to_px: by rows."""
+        """A grid of rows and columns hw.  to_px: the six numbers of the map, row by row."""
         return cls(np.array((to_px[:3], to_px[3:])), (hw[1], hw[0]))
 
     def places(self) -> np.ndarray:
-        """(2, N) float32, x and y in the frame, row by row."""
+        """(2, N) float32: x and y in the frame of all places, row by row."""
         at: np.ndarray = self.to_px.astype(np.float32) @ pixel_places(self.size_wh)
         return at
 
@@ -47,7 +48,7 @@ class Grid:
     def box_px(self, box: Box, more: int) -> tuple[PointXY, PointXY]:
         """Lowest and highest px of the frame around a box of the grid.
 
-        more: pixels of the grid on each side. For an empty box the highest lie below 0.
+        more: the margin on each side, pixels of the grid. For an empty box the highest px are -1.
         """
         x, y, wide, high = box
         if not wide:
@@ -85,7 +86,7 @@ class Grid:
 
 
 def slopes_along(heights: np.ndarray, step: float) -> np.ndarray:
-    """(..., N) -> (..., N): their slope, as np.gradient has it, for points `step` apart."""
+    """Heights (..., N) at points `step` apart -> their slopes (..., N), as of np.gradient."""
     slopes = np.empty_like(heights)
     slopes[..., 1:-1] = (heights[..., 2:] - heights[..., :-2]) * (0.5 / step)
     slopes[..., 0] = (heights[..., 1] - heights[..., 0]) * (1 / step)

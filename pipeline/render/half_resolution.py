@@ -1,6 +1,6 @@
-"""Large regions painted at half or a quarter of the size: on a machine that is too slow, and veils.
+"""Large regions painted at half or a quarter of the size: veils, and all on a slow machine.
 
-The product is painted on the picture averaged 2x2 or 4x4, and the change is enlarged and added to
+The product is painted on the picture averaged 2x2 or 4x4. The change is then enlarged and added to
 the full picture, which keeps its detail. A pixel more than two (or four) px away from every pixel
 that has weight at the small size keeps its byte.
 """
@@ -14,18 +14,18 @@ from makeup_video.kernels.planes import Rect
 from makeup_video.pipeline.frames.affine import AffineArray
 from makeup_video.pipeline.frames.sampling import halved
 
-# Luma px of all rects of a frame. Below this size less than a sixth of the painting time is saved,
-# and the averaging is more visible.
+# Luma px of all rects of a frame, from which on they are painted at half size. With fewer px, less
+# than a sixth of the painting time is saved, and the averaging is more visible.
 LARGE_PX = 30_000
 
 
 class SmallPlanes:
-    """Planes at 1/factor of the size, as far as they are asked for; kept from frame to frame."""
+    """Planes at 1/factor of the size, kept from frame to frame; only painted rects are filled."""
 
     def __init__(self, factor: int) -> None:
         """factor: 2 or 4."""
         self.factor = factor
-        self._like: list[tuple[tuple[int, ...], np.dtype]] = []  # shapes and dtypes of the large
+        self._like: list[tuple[tuple[int, ...], np.dtype]] = []  # shapes and dtypes at full size
         self._planes: tuple[np.ndarray, ...] = ()
 
     def paint(
@@ -36,9 +36,9 @@ class SmallPlanes:
         max_code: int,
         paint: Callable[[tuple[np.ndarray, ...]], None],
     ) -> None:
-        """Change `planes`, luma first, as `paint` changes what it is given: the small planes.
+        """Change `planes`, luma first, as `paint` changes the small planes that it is given.
 
-        rects: of the small planes, where there is something to be painted.
+        rects: where there is something to paint, in px of the small planes.
         """
         self._make_room(planes)
         ours = [part for rect in rects for part in _parts(self._planes, rect, block)]
@@ -71,7 +71,7 @@ def small_size(size: tuple[int, ...], factor: int) -> tuple[int, int]:
 
 @cache
 def to_small(factor: int) -> AffineArray:
-    """Px of a picture -> px of the small one; centres lie at whole numbers."""
+    """The map from px of a picture to px of the small one; whole numbers are centres of px."""
     share = 1 / factor
     return np.array([[share, 0, 0.5 * share - 0.5], [0, share, 0.5 * share - 0.5]])
 
@@ -84,7 +84,7 @@ def _enlarged(rect: Rect, planes: tuple[np.ndarray, ...], factor: int) -> Rect:
 
 
 def _parts(planes: tuple[np.ndarray, ...], rect: Rect, block: tuple[int, int]) -> list[np.ndarray]:
-    """Views of a rect on every plane; NV12 keeps both colours in one."""
+    """Views of a rect on every plane; NV12 keeps Cb and Cr in one plane."""
     at = rect.chroma_slices(block)
     return [rect.luma(planes), *(plane[at] for plane in planes[1:3])]
 
@@ -99,9 +99,10 @@ def _averaged(part: np.ndarray, factor: int) -> np.ndarray:
 
 
 def _add(part: np.ndarray, lighter: np.ndarray, darker: np.ndarray, factor: int) -> None:
-    """Enlarge what is added and what is taken off, (h, w) codes, and change a part of a plane.
+    """Enlarge the codes (h, w) to be added and to be subtracted, and change a part of a plane.
 
-    Apart, both are codes, too: OpenCV adds arrays of one type several times as quickly as of two.
+    Both have the type of the plane, since no code is negative: OpenCV adds arrays of one type
+    several times as quickly as arrays of two types.
     """
     high, wide = part.shape[:2]
     size = factor * lighter.shape[1], factor * lighter.shape[0]

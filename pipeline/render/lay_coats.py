@@ -1,6 +1,7 @@
 """Coats on the charts of a region -> how much of each shows at the places of its surfaces.
 
-The numpy twin of kernels/shares.cl; other regions than the eyes are laid with it, too.
+The numpy twin of kernels/shares.cl, which serves the eyes only. Coats on other regions are always
+laid here.
 """
 
 from collections.abc import Sequence
@@ -13,7 +14,10 @@ from makeup_video.pipeline.render.surfaces.surface import Charts, Laid, Surface
 
 
 def lay_coats(surface: Surface, charts: Charts, opacities: Sequence[float]) -> Laid:
-    """Lay coats on all surfaces of a region.  surface: any of them.  opacities: of the coats."""
+    """Lay coats on all surfaces of a region.
+
+    surface: any surface of the region.  opacities: one for each coat.
+    """
     on_sides = zip(surface.sides(), charts.on_sides, strict=True)
     found = [_looked_up(charts, side) for side, chart in on_sides if chart is not None]
     densities = surface.join(found) if len(found) > 1 else found[0]
@@ -24,7 +28,7 @@ def lay_coats(surface: Surface, charts: Charts, opacities: Sequence[float]) -> L
 
 
 def _looked_up(charts: Charts, surface: Surface) -> np.ndarray:
-    """(coats, N, H, W): densities on charts (h, w, coats), at the places of all N surfaces."""
+    """Charts (h, w, coats) -> densities (coats, N, H, W) at the places of all N surfaces."""
     x, y = surface.on_chart()
     of_surfaces, hw = surface.charts_of(charts), surface.normals.shape[1:]
     rows = len(y) // len(of_surfaces)
@@ -44,7 +48,7 @@ def _looked_up(charts: Charts, surface: Surface) -> np.ndarray:
 
 
 def _any_of(densities: np.ndarray) -> np.ndarray:
-    """(N, H, W): 1 where there is any of several coats."""
+    """(N, H, W): 1 where any of several coats lies, else 0."""
     most = densities.max(0)
     _, there = cv2.threshold(most.reshape(-1, most.shape[-1]), FAINTEST, 1.0, cv2.THRESH_BINARY)
     any_of_them: np.ndarray = there.reshape(most.shape)

@@ -11,7 +11,7 @@ from makeup_video.kernels.surface import GridPlace
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.sampling import halved
 
-_AROUND = 0.08  # of what the points cover: farther away light counts for nothing
+_AROUND = 0.08  # share of the points' extent; light farther away counts for nothing
 
 
 def light_planes(
@@ -21,10 +21,10 @@ def light_planes(
     points_px: list[list[float]],
     around: float = _AROUND,
 ) -> LightPlanes:
-    """The part of a frame's planes around some points (x, y, z), to read light from on grids.
+    """The part of a frame's planes around some points (x, y, z), from which grids read light.
 
     Planes more than twice as fine as the grids are averaged, 2x2, 4x4, ...
-    around: how far around the points, as a share of what they cover.
+    around: the margin around the points, as a share of their extent.
     """
     x, y, _ = zip(*points_px, strict=True)
     x0, y0, x1, y1 = min(x), min(y), max(x), max(y)
@@ -47,10 +47,10 @@ def _near(
     chroma: tuple[int, int],
     step: float,
 ) -> tuple[list[np.ndarray], Stretch]:
-    """The part of planes of one size around px of the frame, averaged where `step` is large, and
-    the map from px of the frame to px of that part.
+    """A part of planes of the same size, and the map from px of the frame to px of that part.
 
-    chroma: px of the frame for one of the planes.
+    The part reaches from low_xy to high_xy, px of the frame. It is averaged where the grids' step,
+    px of the frame, is large.  chroma: px of the frame for one px of the planes.
     """
     high, wide = planes[0].shape[:2]
     step /= math.sqrt(chroma[0] * chroma[1])
@@ -60,7 +60,7 @@ def _near(
     left, right, to_x = _span(low_xy[0], high_xy[0], chroma[0], size, wide)
     top, bottom, to_y = _span(low_xy[1], high_xy[1], chroma[1], size, high)
     parts = [halved(plane[top:bottom, left:right], size) for plane in planes]
-    if min(wide, high) < 2:
+    if min(wide, high) < 2:  # LightPlanes are at least 2x2
         parts = [cv2.copyMakeBorder(part, 0, 1, 0, 1, cv2.BORDER_REPLICATE) for part in parts]
     return parts, (*to_x, *to_y)
 
@@ -68,11 +68,10 @@ def _near(
 def _span(
     low: float, high: float, share: int, size: int, length: int
 ) -> tuple[int, int, tuple[float, float]]:
-    """First and last px of a plane around low..high px of a frame, and the map from the frame to
-    boxes.
+    """Where the px of a plane around low..high px of a frame begin and end, and the map to boxes.
 
-    The span is made of whole boxes of `size` px, so that averages do not shift with the face.
-    share: px of the frame for one of the plane.
+    The span is made of whole boxes of `size` px, so that averages do not shift with the face. The
+    map leads from px of the frame to boxes.  share: px of the frame for one px of the plane.
     """
     scale, last = 1 / (share * size), length // size - 1
     first = min(max(int(low * scale) - 2, 0), max(last - 1, 0))

@@ -17,8 +17,8 @@ from makeup_video.pipeline.render.light_planes import light_planes
 def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarray]:
     """Linear luminance on each grid, (H, W) float32; beyond the frame its border is repeated.
 
-    The grids lie close together and have about the same step: they are read at once, as
-    kernels/surface.cl reads them, but without its blocks of chroma.
+    The grids must lie close together and have about the same step, since all are read from one part
+    of the frame. kernels/surface.cl does the same, but reads chroma in blocks of 2x2 px of a grid.
     """
     numbers = [tuple(grid.to_px.ravel().tolist()) for grid in grids]
     places = [GridPlace(to_px, to_px) for to_px in numbers]
@@ -31,7 +31,7 @@ def luminances(frame: Frame, coding: Coding, grids: list[Grid]) -> list[np.ndarr
 
 
 def codes_on(light: LightPlanes, grid: Grid) -> np.ndarray:
-    """(3, N), or (1, N) of a grey frame, float32: codes at the places of a grid, bilinear."""
+    """The codes at the places of a grid, bilinear: (3, N) float32, or (1, N) for a grey frame."""
     rows = []
     for plane, (across, x, down, y) in zip(
         light.planes, (light.to_luma, light.to_chroma, light.to_chroma), strict=True
@@ -42,13 +42,18 @@ def codes_on(light: LightPlanes, grid: Grid) -> np.ndarray:
 
 
 def linear_luminance(codes: np.ndarray, coding: Coding) -> np.ndarray:
-    """(3, N) codes, or (1, N) of a grey frame -> (N,) float32, within 0.3 % of a step of 8 bits."""
+    """(3, N) codes, or (1, N) of a grey frame -> luminance, (N,) float32.
+
+    The error is at most 0.3 % of a step of 8 bits.
+    """
     return luminance_of(linear_rgb(codes, coding), coding)
 
 
 def linear_rgb(codes: np.ndarray, coding: Coding) -> np.ndarray:
-    """(3, N) codes, or (1, N) of a grey frame -> (3, N) float32 linear light in the frame's own
-    primaries; of HLG the scene's light, without the gain of a display."""
+    """(3, N) codes, or (1, N) of a grey frame -> linear light, (3, N) float32, frame's primaries.
+
+    For HLG this is the light of the scene, without the gain of a display.
+    """
     to = to_steps(coding, len(codes) > 1).astype(np.float32)
     steps = to[:, : len(codes)] @ codes.astype(np.float32) + to[:, 3:]
     rgb: np.ndarray = light_table(coding.transfer).take(steps.astype(np.intp), mode="clip")
@@ -56,7 +61,7 @@ def linear_rgb(codes: np.ndarray, coding: Coding) -> np.ndarray:
 
 
 def luminance_of(rgb: np.ndarray, coding: Coding) -> np.ndarray:
-    """What `linear_rgb` gives -> luminance, (N,) float32; of HLG that of a display."""
+    """The result of `linear_rgb` -> luminance, (N,) float32; for HLG the luminance of a display."""
     light: np.ndarray = to_xyz(coding.primaries)[1].astype(np.float32) @ rgb
     return light ** np.float32(HLG_GAMMA) if coding.transfer == HLG else light
 
@@ -67,10 +72,10 @@ def broad(
     sigma_px: float,
     read: slice = slice(None),
 ) -> tuple[list[np.ndarray], float]:
-    """Light blurred within each of one or two areas, and its mean over them, or over the columns
-    `read` if they are empty.
+    """Light blurred within each of one or two areas, and the mean light over all of them.
 
-    light: (H, W) float32. areas: (H, W) bool or shares 0..1, together 1 at most.
+    light: (H, W) float32. areas: (H, W) bool or shares 0..1, together 1 at most. read: the columns
+    whose mean is returned when the areas are empty.
     """
     weights = [area.astype(np.float32, copy=False) for area in areas]
     inside = sum(weights[1:], weights[0])

@@ -1,4 +1,4 @@
-"""The OpenCL device that paints, with the errors of this product."""
+"""The OpenCL device that paints; its failures become errors of this product."""
 
 import os
 from collections.abc import Callable, Generator
@@ -16,11 +16,10 @@ Made = TypeVar("Made")
 
 
 def open_device(choice: str = "") -> "Device":
-    """The OpenCL device by its number, from 0, or by a part of its name; "" is the processor, by
-    PoCL.
+    """The OpenCL device with this number, counted from 0, or with this text in its name.
 
-    Raises InstallError when there is none at all, UsageError when there is none of that name,
-    OutputError when no folder has room for compiled kernels.
+    "" is the processor, by PoCL.  Raises InstallError when there is no device at all, UsageError
+    when none has that number or name, OutputError when no folder has room for compiled kernels.
     """
     with _errors_of_the_product():
         from makeup_video.kernels.program import Device
@@ -30,14 +29,16 @@ def open_device(choice: str = "") -> "Device":
 
 
 def once_a_process(make: Callable[[*Args], Made]) -> Callable[[*Args], Made]:
-    """What `make` builds with OpenCL, cached by its arguments. A forked process, which cannot use
-    its parent's, makes its own."""
+    """Cache what `make` builds with OpenCL, by its arguments.
+
+    A forked process cannot use its parent's OpenCL objects, so it makes its own.
+    """
 
     @cache
     def made_in(_process_id: int, *args: Any) -> Made:
         return make(*args)
 
-    @wraps(make, updated=())  # attributes of a class are none of a function
+    @wraps(make, updated=())  # a function takes over no attributes of a class
     def made(*args: *Args) -> Made:
         return made_in(os.getpid(), *args)
 
@@ -46,8 +47,8 @@ def once_a_process(make: Callable[[*Args], Made]) -> Callable[[*Args], Made]:
 
 @contextmanager
 def _errors_of_the_product() -> Generator[None, None, None]:
-    """Raise what goes wrong with devices in the block as errors of this product."""
-    # PyOpenCL takes a quarter of a second to load: runs that only copy or inspect do without
+    """Raise errors of OpenCL devices in the block as errors of this product."""
+    # PyOpenCL takes a quarter of a second to load: runs that only copy or inspect do not load it
     from makeup_video.kernels.cache import NoRoomError
     from makeup_video.kernels.devices import NoDeviceError, UnknownDeviceError
 
@@ -66,9 +67,9 @@ _listeners: list[Callable[[], None]] = []
 
 @contextmanager
 def when_compiling(say: Callable[[], None]) -> Generator[None, None, None]:
-    """Call `say` within the block once this process compiles kernels, which takes some seconds.
+    """Call `say` when this process begins to compile kernels in the block, which takes seconds.
 
-    Any thread may call it, at most once.
+    `say` is called at most once, by whichever thread compiles.
     """
     _listeners.append(say)
     try:
@@ -84,10 +85,10 @@ def _say_compiling() -> None:
 
 
 def lost_kernels() -> str | None:
-    """Settle where the kernels of this process, and of those that it starts, are kept.
+    """Settle where this process, and the processes that it starts, keep compiled kernels.
 
-    Returns a line for the user where the folder is temporary, so that the next run has to compile
-    them again.
+    Returns a line for the user where that folder is temporary and the next run has to compile the
+    kernels again, else None.
     """
     from makeup_video.kernels.cache import NoRoomError, settle, why_not_kept
 
@@ -104,7 +105,7 @@ def lost_kernels() -> str | None:
 
 
 def opencl_devices() -> list[str]:
-    """The OpenCL devices of this machine by their names, in the order of their numbers.
+    """The names of this machine's OpenCL devices, in the order of their numbers.
 
     Raises as open_device does.
     """

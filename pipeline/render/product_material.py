@@ -1,7 +1,7 @@
-"""GraphicsParams -> what of a product no light changes, from which kernels/product.cl makes the
-material that is painted.
+"""GraphicsParams -> the numbers of a product that no light changes.
 
-Every number here that is not physics was set by eye, on the finishes and on photos of real makeup.
+kernels/product.cl makes of them the material that is painted. Every number here that is not physics
+was set by eye, on the finishes and on photos of real makeup.
 """
 
 import math
@@ -24,30 +24,33 @@ from makeup_video.pipeline.look.params import GraphicsParams
 _SDR_CEILING, _HDR_CEILING = 1.0, 4.0  # in units of diffuse white
 _MOST_GLOSS = 1e4  # as good as infinite
 _GLINT = 0.6  # light of the synthetic highlight at gloss 1
-_METAL = 1.0  # how much more of it a metal has
-_OWN = 2.2  # gain of the lips' own highlights at gloss 1
-_DENSEST = 0.6  # share of cells with a sparkle at shimmer 1: with more they would show their grid
-_SPARKLE = 1.8
-_DEEP = 0.5  # of it on a deep colour: a brighter sparkle would lose its hue
+_METAL = 1.0  # by what share that highlight is stronger on a metal
+_OWN = 2.2  # gain of the skin's own highlights at gloss 1
+_DENSEST = 0.6  # share of cells with a sparkle at shimmer 1: more would show the grid of cells
+_SPARKLE = 1.8  # light of a sparkle
+_DEEP = 0.5  # share of that light on a deep colour: a brighter sparkle would lose its hue
 _PEARL = 0.3  # sheen of the sparkles that are too fine to be seen, at shimmer 1
-# Luminance below which a highlight takes the product's hue, and how much of it, of the deepest
-# products: a white haze on wine or plum looks like ash. In photos such shine is red or violet.
+# Luminance below which a product's highlight takes on its hue, and how much of the hue the deepest
+# products' highlights have. A white haze on wine or plum would look like ash: in photos such shine
+# is red or violet.
 _DEEP_BELOW, _DEEPEST = 0.13, 0.7
 _BLACK = 0.02  # linear light: a product whose brightest channel is below it has no hue to speak of
 _PALE = 0.35  # luminance from which on a product may have silver sparkles
-_LEAST_SILVER = 0.15  # of silver sparkles that stays on a black product
-_FINEST_CELL, _COARSER_CELL = 0.006, 0.022  # of the eyes' distance: of shimmer_size 0, and 1 adds
-# The same on the smallest faces with sparkles: fine ones would be blobs there, few and in rows.
+_LEAST_SILVER = 0.15  # share of its silver that a sparkle keeps on a black product
+# Size of a sparkle's cell, of the eyes' distance: at shimmer_size 0, and what shimmer_size 1 adds.
+_FINEST_CELL, _COARSER_CELL = 0.006, 0.022
+# The largest such size, on the smallest faces with sparkles: larger ones would make of fine dust a
+# few blobs in rows.
 _COARSEST_CELL, _COARSEST_MORE = 0.03, 0.07
 LUMINANCE: tuple[float, ...] = tuple(to_xyz(1)[1].tolist())
 
 
 @dataclass(frozen=True, slots=True)
 class Unlit:
-    """What of a product no light and no place changes; see COAT of kernels/product.py.
+    """The numbers of a product that neither light nor place changes; see COAT, kernels/product.py.
 
-    lights: what light multiplies, each as red, green, blue: the product, its highlight, its sheen,
-    its sparkles.
+    lights: the colours that the scene's light multiplies, as red, green, blue each: of the product,
+    its highlight, its sheen, its sparkles.
     """
 
     lights: tuple[tuple[float, ...], ...]
@@ -83,7 +86,7 @@ def unlit(params: GraphicsParams) -> Unlit:
 
 
 def ceiling_of(coding: Coding) -> float:
-    """The brightest light that is painted."""
+    """The brightest light that is painted, in units of diffuse white."""
     return _HDR_CEILING if coding.transfer in (PQ, HLG) else _SDR_CEILING
 
 
@@ -108,8 +111,8 @@ def least_cell(params: GraphicsParams) -> tuple[float, int]:
 
 @dataclass(frozen=True, slots=True)
 class _Mixed:
-    """A product's colours before any light falls on it, as red, green, blue: its own, that of its
-    sheen, that of its sparkles, and that of its highlight at gloss 1."""
+    """A product's colours before any light falls on it, as red, green, blue: of the product itself,
+    of its sheen, of its sparkles, and of its highlight at gloss 1."""
 
     product: tuple[float, ...]
     tint: tuple[float, ...]
@@ -147,6 +150,6 @@ def hue_in_highlight(luminance: float) -> float:
 
 @lru_cache
 def film_matrices(primaries: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """By rows, from these primaries to sRGB's, and back."""
+    """The matrices from these primaries to sRGB's, in which films are mixed, and back, by rows."""
     to, back = to_srgb_primaries(primaries), from_srgb_primaries(primaries)
     return tuple(to.ravel().tolist()), tuple(back.ravel().tolist())

@@ -1,5 +1,7 @@
-"""Products under the light of a scene, over each other, and what they mirror: the numpy twins of
-kernels/product.cl."""
+"""The numpy twins of kernels/product.cl.
+
+They light products, compose them where they lie over each other, and find what they mirror.
+"""
 
 import math
 from collections.abc import Sequence
@@ -35,9 +37,8 @@ from makeup_video.pipeline.render.product_material import (
 )
 from makeup_video.pipeline.render.scene import SceneLight
 
-# By what a layer counts for the numbers that are the same all over the surface: the opacity, the
-# synthetic highlight, the shine of the layer that shows. Numbers that are not named here come from
-# the scene, and are the same in every layer.
+# Numbers of a material that are the same all over a surface: each is the mean over its layers,
+# weighted by how much of a layer's opacity or reflection shows. `_common` finds the other numbers.
 _BY_OPACITY = "texture", "undertone", "keep_highlights", "dark_gain", "dark_offset"
 _BY_REFLECTION = "fresnel_front", "fresnel_rim"
 _opacities, _reflections = attrgetter(*_BY_OPACITY), attrgetter(*_BY_REFLECTION)
@@ -48,8 +49,8 @@ class SkinAxes:
     """How a region lies in the frame.
 
     turn: (2, 2) unit columns, the directions of the region's x and y axes in the frame.
-    skin_px: px of the frame for one unit of the coordinates that stick to the skin (the distance of
-    the eyes).
+    skin_px: the distance of the eyes in px of the frame. That distance is the unit of coordinates
+    that stick to the skin.
     """
 
     turn: tuple[tuple[float, float], tuple[float, float]]
@@ -119,8 +120,8 @@ def _turned(light: SceneLight, rows: tuple[float, ...]) -> list[float]:
 
 
 def _lit(product: float, gain: float, ceiling: float) -> float:
-    """A channel of a product under a light of that gain; strong light leaves a pale product room
-    for its highlights."""
+    """A channel of a product under a light of this gain; even in strong light a pale product keeps
+    room for its highlights."""
     below, above = product * min(gain, 1.0), product * max(gain - 1, 0.0)
     room = max(ceiling - below, 0.0) + LEAST_ROOM  # as `added` does
     return below + room * above / (room + above)
@@ -159,12 +160,12 @@ def _half_way(light: SceneLight, axes: SkinAxes) -> tuple[float, float, float]:
 def blend(shares: np.ndarray, materials: Sequence[Material]) -> tuple[Layers, Material]:
     """Compose layers, the lowest first, as if each were painted on the ones before it.
 
-    shares: (layers, H, W) float32, of `shares_of`, on the surface's grid.
-    materials: at least one; the products, all under the light of one scene.
+    shares: (layers, H, W) float32 on the surface's grid, from `shares_of`.
+    materials: the products, at least one, all under the light of one scene.
     Returns the layers and the material of a PaintedRegion. Where all shares are 0, opacity, glint
-    and shine are 0. Highlights are covered by the opacity of what lies over them. Painting one
-    after another would mix their roots of light, too, so a highlight that is seen through another
-    film is an approximation.
+    and shine are 0. A film over a highlight covers it by the film's opacity. Painting one layer
+    after another would also mix the highlight's root of light, so a highlight that is seen through
+    another film is an approximation.
     Raises ValueError for no layers, or another number of shares.
     """
     if not materials or len(shares) != len(materials):
@@ -192,7 +193,8 @@ def _scaled_root(m: Material) -> tuple[float, ...]:
 
 
 def _shines(materials: Sequence[Material]) -> list[float]:
-    """How much each layer shines beside the one that shines most in some way, 0..1."""
+    """How much each layer shines, 0..1: 1 for a layer that has most own highlights, most reflection
+    or most sparkles of all."""
     kinds = [[m.own_highlights, m.reflection, m.shimmer * max(m.sparkle)] for m in materials]
     most = [max(kind) for kind in zip(*kinds, strict=True)]
     return [
@@ -204,7 +206,7 @@ def _shines(materials: Sequence[Material]) -> list[float]:
 def _common(
     materials: Sequence[Material], shines: Sequence[float], seen: Sequence[float]
 ) -> Material:
-    """The numbers that the kernel takes as the same all over a surface.
+    """The material whose numbers the kernel uses all over a surface.
 
     seen: how much each layer shows.  shines: see `_shines`.
     """
@@ -214,7 +216,7 @@ def _common(
     glints = [part * max(m.glint) for part, m in zip(seen, materials, strict=True)]
     mirrors = [part * m.reflection for part, m in zip(seen, materials, strict=True)]
     sparkling = [part * m.shimmer * max(m.sparkle) for part, m in zip(seen, materials, strict=True)]
-    # where the map of shine is 1, what shines is as strong as the layers' own mean there
+    # a number of shine, divided by `shining`, is the layers' own mean where the map of shine is 1
     shining = max(sum(p * s for p, s in zip(seen, shines, strict=True)), NONE)
     most = materials[max(range(len(materials)), key=sparkling.__getitem__)]
     full = most.shimmer * max(most.sparkle)
@@ -237,7 +239,7 @@ def _common(
 
 
 def _means(rows: Sequence[Sequence[float]], shares: Sequence[float]) -> list[float]:
-    """Of each column the mean by share; the plain mean where no layer has a share."""
+    """The mean of each column, weighted by share; the plain mean where no layer has a share."""
     total = sum(shares)
     if total <= NONE:
         shares, total = [1.0] * len(rows), float(len(rows))
@@ -247,8 +249,8 @@ def _means(rows: Sequence[Sequence[float]], shares: Sequence[float]) -> list[flo
 def environment_of(room: np.ndarray, params: GraphicsParams, coding: Coding) -> Environment:
     """What the product mirrors, blurred as its parameters say.
 
-    The room's own average is taken off: gloss shows windows and lamps, and an even room would only
-    lay a veil over the colour.
+    Most of the room's mean light is subtracted: gloss should show windows and lamps, and an even
+    room would only lay a veil over the colour.
 
     room: (16, 16, 3), see SceneLight.
     """

@@ -27,8 +27,10 @@ PlacedJob = tuple[PaintJob, Rect]
 def made_regions(
     placed: Sequence[PlacedJob], weights: Sequence[np.ndarray], coding: Coding, device: Device
 ) -> list[MadeRegion]:
-    """Jobs as a canvas paints them, each with its weight; valid until the next call with this
-    device."""
+    """The regions that a canvas paints, one for each job and its weight.
+
+    They are valid until the next call with this device.
+    """
     lit = [_lit(job, rect) for job, rect in placed]
     products, words = device.once(ProductKernel)(lit, coding_record(coding))
     return [

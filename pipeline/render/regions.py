@@ -11,5 +11,5 @@ if TYPE_CHECKING:
 
 # The regions that are read in every frame, in the order of kernels/surface.cl.
 READ: "dict[str, ReadRegion]" = {"lips": LIPS_REGION, "eyes": EYES}
-# By the name that a kind of makeup knows them by.
+# All regions, by the name that a kind of makeup gives in `Kind.region`.
 REGIONS: "dict[str, Region]" = {**READ, "face": FACE}

@@ -11,8 +11,9 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.render.surfaces.surface import Surface
 
-# Skin of less luminance than _DARK_SKIN is as often in the dark as it is dark itself: products on
-# it get (luminance / _DARK_SKIN) ** _DARKER of the light, at least _LEAST, at most _MOST.
+# Skin of less luminance than _DARK_SKIN is as often in the dark as it is dark itself. Products on
+# it get (luminance / _DARK_SKIN) ** _DARKER of the light, at least _LEAST of it. On any skin, light
+# is no stronger than _MOST.
 _DARK_SKIN, _DARKER, _LEAST, _MOST = 0.27, 0.9, 0.45, 1.05
 
 
@@ -21,18 +22,18 @@ class SceneLight:
     """The light on one face, in the frame's own primaries.
 
     colour: (3,) float32, linear; its luminance is 1, and (1, 1, 1) is white light.
-    strength: 1 for the light in which a product of colour p shows as p, 0.5 for half that light;
-    the most probable one.
+    strength: the most probable strength: 1 for the light in which a product of colour p shows as p,
+    0.5 for half that light.
     direction: (3,) float32 unit vector from the face to the light, in the axes of points_px (x
     right and y down in the stored picture, z away from the viewer, so the light has z < 0).
     environment: (16, 16, 3) float32, linear light that a mirror held before the face would show:
     the frame, much reduced; rows and columns as in the stored picture.
-    skin: luminance of the bare face under this light, linear; 0 when it is not known.
-    under_eyes: luminance of the skin right under the eyes, of the brighter side, as a share of
-    `skin`, more than 0: far less where dark glasses hide the eyes; 1 when it is not known.
-    veil_colour, veil_share: the colour, as `colour`, and the share of the strength, 0..1, of the
-    light that soft veils are painted in. On skin that is darker and warmer than pale skin they
-    share some of that. None: as `colour`.
+    skin: linear luminance of the bare face under this light; 0 when it is not known.
+    under_eyes: luminance of the skin right under the brighter eye, as a share of `skin`, more than
+    0. Dark glasses make it small; it is 1 when it is not known.
+    veil_colour, veil_share: the light that soft veils are painted in, as a colour like `colour` and
+    a share of the strength, 0..1. Veils take on some of what makes skin darker and warmer than pale
+    skin. None: the same as `colour`.
     """
 
     colour: np.ndarray
@@ -61,8 +62,9 @@ class SceneLight:
         """The strength that products are painted with: less than `strength` on dark skin.
 
         Whether a face is dark or in the dark is a guess. Makeup that is too light for its face
-        glows, and makeup that is too dark looks like a deeper shade. Nor does it get much more than
-        1: pale skin passes for skin in strong light, on which nudes would be chalk and pinks neon.
+        glows, but makeup that is too dark only looks like a deeper shade. The strength is also
+        limited to little more than 1: pale skin is mistaken for skin in strong light, and on it
+        nudes would look like chalk and pinks like neon.
         """
         strength = min(self.strength, _MOST)
         if self.skin <= 0:
@@ -74,8 +76,8 @@ class SceneLight:
 class Lit:
     """A surface and the broad light on it.
 
-    shading: luminance without texture on the surface's grid, (H, W) float32, linear.
-    mean: that of the whole surface, smoothed over time.
+    shading: (H, W) float32 on the surface's grid, linear luminance without the skin's texture.
+    mean: the mean luminance of the surface, smoothed over time.
     """
 
     surface: Surface
@@ -87,9 +89,9 @@ class Lit:
 class FaceScene:
     """One face as the renderer sees it.
 
-    regions: by region the surfaces that are seen, in the order of painting.
-    sigma_px: by region how soft the picture is there, px of the frame, see softness.py; a region
-    that is missing is sharp.
+    regions: the surfaces that are seen, by region, in the order of painting.
+    sigma_px: how soft the picture is, by region, px of the frame, see softness.py; a missing region
+    is sharp.
     """
 
     face: Face
@@ -100,7 +102,7 @@ class FaceScene:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameScene:
-    """A frame, how its codes mean colour, and its faces, largest first; often there are none.
+    """A frame, how its codes encode colour, and its faces, largest first; often there are none.
 
     cut: see FrameFaces.
     """

@@ -1,5 +1,7 @@
-"""FrameFaces -> the light on each face, smoothed over time; skin_light.py reads it
-from one frame."""
+"""FrameFaces -> the light on each face, smoothed over time.
+
+skin_light.py reads the light from one frame.
+"""
 
 import math
 from dataclasses import dataclass
@@ -19,9 +21,9 @@ from makeup_video.pipeline.render.skin_light import (
     read_room,
 )
 
-READ_SECONDS = 0.2  # a face and the room are read once in a slot; the smoothing fills in
+READ_SECONDS = 0.2  # slot of time in which faces and room are read once; smoothing fills the gaps
 SMOOTH_SECONDS = 0.5  # time constant: a hand's shadow hardly counts, a lamp switched on soon does
-ROOM_SMOOTH_SECONDS = 0.4  # the same of the environment
+ROOM_SMOOTH_SECONDS = 0.4  # time constant of the environment
 FORGET_SECONDS = 2.0  # four time constants: hardly anything of the old value is left
 
 
@@ -38,8 +40,11 @@ class _Room:
 
 @dataclass(slots=True)
 class _Track:
-    """The light of one face as 13 numbers: log strength, log colour, direction, log light of its
-    skin, log share of that under its eyes, and log share and log colour of its light for veils."""
+    """The light on one face as 13 numbers.
+
+    They are log strength, log colour, direction, log luminance of the skin, log of its share under
+    the eyes, and log share and log colour of the light for veils.
+    """
 
     reading: int  # the slot of time when it was read last
     last_seconds: float
@@ -77,7 +82,7 @@ class EstimateLight:
     def _follow(
         self, face: Face, frame: Frame, optics: Optics, room: _Room, now: float
     ) -> list[float]:
-        """The light of a face now, smoothed, as in `_Track`."""
+        """The light on a face now, smoothed, as the numbers of `_Track`."""
         track = self._tracks.get(face.track_id)
         if track is not None and track.last_seconds == now:  # a second face with the same id
             return _read(face, frame, optics, room)
@@ -99,7 +104,7 @@ class EstimateLight:
 
 
 def _read(face: Face, frame: Frame, optics: Optics, room: _Room) -> list[float]:
-    """The light of a face as in `_Track`, from this frame alone."""
+    """The light on a face from this frame alone, as the numbers of `_Track`."""
     numbers: list[float] = read_face(face, frame, optics, room.mean).tolist()
     return numbers
 
@@ -128,7 +133,7 @@ def light_of(item: FrameFaces) -> tuple[SceneLight, ...]:
 
 
 def _follow_room(room: _Room | None, frame: Frame, optics: Optics, now: float) -> _Room:
-    """The room now, smoothed."""
+    """The environment now, smoothed."""
     reading = slot(frame.seconds, READ_SECONDS)
     if room is None or now - room.seen_seconds > FORGET_SECONDS:
         target = read_room(frame, optics)

@@ -1,11 +1,11 @@
 """The light on a face, read from its skin and from the frame around it.
 
 Observed skin is albedo times light, so in logarithms it is a sum. Skin varies along one line, from
-light to dark and from pale to saturated; light varies otherwise, in exposure and between red and
-blue. With both as Gaussians, and with the frame's mean as weaker evidence, the most probable light
-is linear in the observations: dark skin is read as dark skin, a blue cast as light.
+light and pale to dark and saturated. Light varies in other directions: in exposure, and between red
+and blue. Both are modelled as Gaussians, and the frame's mean is weaker evidence. The most probable
+light is then linear in the observations: dark skin is read as dark skin, a blue cast as light.
 
-Some sixty pixels of a face and two thousand of a frame are read, whatever the size of the frame.
+Some seventy pixels of a face and two thousand of a frame are read, whatever the size of the frame.
 """
 
 import math
@@ -31,30 +31,30 @@ STRENGTHS = 0.15, 2.0
 _TINT = 0.8  # largest log of a channel of the light's colour: 2.2 times
 _BLACK = 1e-3  # linear light; darker is noise
 _DIM = 0.01  # skin darker than this has a doubtful colour
-_CLIPPED = 0.9  # of SDR: a channel of typical skin from here on is clipped in parts
-# How much of what makes skin darker and warmer than TYPICAL_SKIN veils share, of its hue and of its
-# light, in logarithms: the pink of a blush on pale skin is lilac on tanned skin, and ashes on dark
-# skin. And how much of it counts at most.
+_CLIPPED = 0.9  # of SDR: where a channel of typical skin exceeds this, parts of it are clipped
+# Veils take on some of what makes skin darker and warmer than TYPICAL_SKIN: shares of the
+# difference in hue and in light, in logarithms. Otherwise the pink of a blush on pale skin would be
+# lilac on tanned skin, and ashen on dark skin. _DEEPEST is the largest difference that counts.
 _VEIL_HUE, _VEIL_LIGHT, _DEEPEST = 0.8, 0.3, 2.5
 _GREY = 0.06  # skin whose channels differ by less than this share of the brightest has no colour
 
 # Log linear light in sRGB's primaries. `python -m makeup_video.training.skin_light` fits both: the
-# covariance on 625 foundation shades (pudding, MIT), each lightness counting the same, the mean on
-# portraits in soft light, each lightness counting the same.
+# covariance on 625 foundation shades (pudding, MIT), the mean on portraits in soft light. Every
+# lightness counts the same in each.
 SKIN_MEAN = np.array([-0.646, -1.382, -1.897])
 SKIN_COVARIANCE = np.array([
     [0.2731, 0.3841, 0.4720],
     [0.3841, 0.5707, 0.7271],
     [0.4720, 0.7271, 0.9933],
 ])  # fmt: skip
-# Plain skin of people in photos of makeup, in neutral light, the median: linear R, G, B.
+# The median of bare skin in photos of makeup, in neutral light: linear R, G, B.
 TYPICAL_SKIN = 0.753, 0.48, 0.374
 _LOG_TYPICAL = np.log(TYPICAL_SKIN)
 _USUAL_SKIN = float(np.log(to_xyz(1)[1] @ np.exp(SKIN_MEAN)))
 _EXPECTED_TINT = SKIN_MEAN - SKIN_MEAN.mean()
-# Mean log red - 2 log green + log blue: a warm or cold light leaves it as it is.
+# Mean log red - 2 log green + log blue: a warm or cold light does not change it.
 _RED_BEYOND = float(SKIN_MEAN @ [1, -2, 1])
-# Standard deviations of log exposure, of log red to blue, of log green to magenta.
+# Standard deviations of a light's log exposure, of its log red to blue, log green to magenta.
 _LIGHT_SPREAD = 0.35, 0.4, 0.1
 _ROOM_SPREAD = 0.6, 0.45, 0.2  # of a frame's mean in white light
 _ROOM_MEAN = np.log([0.27, 0.22, 0.18])  # what cameras expose for, a little warm
@@ -76,30 +76,31 @@ TRIANGLES = np.array([
 ]).reshape(-1, 3)  # fmt: skip
 SKIN_POINTS, _CORNERS = np.unique(TRIANGLES, return_inverse=True)
 _CORNERS = np.ascontiguousarray(_CORNERS.reshape(-1, 3).T)  # (3, T): a, b, c in SKIN_POINTS
-# Skin right under the eyes, which glasses cover: of both eyes.
+# Skin right under the eyes, which glasses cover: five points for each eye.
 _UNDER_EYES = np.array([228, 229, 230, 231, 232, 448, 449, 450, 451, 452])
 _READ_POINTS = np.concatenate([SKIN_POINTS, _UNDER_EYES])
-# Of the samples by luminance: below are beard, hair, shadow and frames of glasses, above
-# highlights.
+# The samples that count as skin, as shares of all samples in order of luminance: below are beard,
+# hair, shadow and frames of glasses, above are highlights.
 _BAND = 0.35, 0.85
 _ENOUGH = 12  # samples of skin; with fewer, the frame alone is used
 _CHIN, _BROW = 152, 10  # the line from the first to the second points up
 
-# Shading is a + b . n in units of the face's median: from the front and above, some of it from
-# everywhere. Standard deviations; a triangle's is large, because neighbours err together.
+# The shading of a triangle with the normal n is a + b . n, in units of the face's median: ambient
+# light a comes from everywhere, direct light b is expected from the front and above. A spread is a
+# standard deviation; a triangle's is large, because neighbours err together.
 _AMBIENT, _AMBIENT_SPREAD = 0.4, 0.3
 _DIRECT, _DIRECT_SPREAD = 0.8, 0.35
 _TRIANGLE_SPREAD = 0.6
-_SHADING = 0.25, 1.9  # what a triangle may show: the rest is hair or a highlight
-_STEEPEST = -0.35  # z of a light at the side, never behind
+_SHADING = 0.25, 1.9  # bounds of a triangle's shading: beyond them are hair and highlights
+_STEEPEST = -0.35  # largest z of a light's direction: a light at the side, never behind the face
 _FEWEST_TRIANGLES = 8
 
-_GRID_WH = (64, 32)  # samples of a frame
+_GRID_WH = (64, 32)  # columns and rows of samples of a frame
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Optics:
-    """How a coding means colour, as this stage needs it."""
+    """How a coding encodes colour, as this stage needs it."""
 
     transfer: int
     to_rgb: np.ndarray  # (3, 3) float32, codes as rows @ to_rgb + offset
@@ -117,9 +118,12 @@ class Optics:
 class Skin:
     """What is seen of a face's skin.
 
-    log: (3,) typical linear light in sRGB's primaries. trust: how far its colour counts, 0 to 1.
-    luminance: (N,) linear, at SKIN_POINTS. usual: its median. inside: (N,) in the picture.
-    under_eyes: linear luminance there, of the brighter side; None out of the picture.
+    log: (3,) log of typical linear light in sRGB's primaries.
+    trust: how far its colour counts, 0 to 1.
+    luminance: (N,) linear, at SKIN_POINTS. usual: its median.
+    inside: (N,) bool, which of these points lie in the picture.
+    under_eyes: linear luminance of the skin right under the brighter eye; None where some of that
+    skin is outside the picture.
     """
 
     log: np.ndarray
@@ -184,9 +188,9 @@ def _codes(frame: Frame, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def read_face(face: Face, frame: Frame, optics: Optics, room_log: np.ndarray) -> np.ndarray:
-    """The light on a face from this frame alone: 13 numbers, as scene_light keeps them.
+    """The light on a face from this frame alone: 13 numbers, see `_Track` in scene_light.py.
 
-    room_log: what `log_mean` gives of the frame.
+    room_log: `log_mean` of the frame.
     """
     off = room_log - _ROOM_MEAN
     expected = _expected_direction(face, frame)
@@ -207,7 +211,7 @@ def read_face(face: Face, frame: Frame, optics: Optics, room_log: np.ndarray) ->
 
 
 def read_skin(points_px: np.ndarray, frame: Frame, optics: Optics) -> Skin | None:
-    """Reads the skin of a face with these points; None when too little of it is in the picture."""
+    """Read the skin of a face with these points; None when too little of it is in the picture."""
     xy = points_px[_READ_POINTS, :2]
     size = np.array((frame.width_px, frame.height_px))
     there = np.all((xy > -0.5) & (xy < size - 0.5), axis=1)  # NaN is outside
@@ -231,9 +235,9 @@ def read_skin(points_px: np.ndarray, frame: Frame, optics: Optics) -> Skin | Non
 
 
 def _under_eyes(luminance: np.ndarray, inside: np.ndarray) -> float | None:
-    """Of the brighter side, the second brightest point right under the eye: frames of clear glasses
-    may cover some of them.
+    """The luminance right under the brighter eye; None where a point is outside the picture.
 
+    It is that of the second brightest point: the frame of clear glasses may cover some points.
     luminance, inside: (10,), linear, at _UNDER_EYES.
     """
     if not inside.all():
@@ -244,7 +248,10 @@ def _under_eyes(luminance: np.ndarray, inside: np.ndarray) -> float | None:
 
 
 def _typical(light: np.ndarray, optics: Optics) -> tuple[np.ndarray, float]:
-    """Log (3,) in sRGB's primaries of linear light (N, 3), and how far its colour counts."""
+    """Linear light (N, 3) -> its mean log (3,) in sRGB's primaries, and how far its colour counts.
+
+    light: in the frame's primaries.
+    """
     log = np.log(np.maximum(light @ optics.to_srgb.T, _BLACK)).mean(0)
     red, green, blue = log.tolist()
     trust = min(1.0, math.exp(green) / _DIM)
@@ -275,20 +282,21 @@ def _veil(skin: Skin, gain: np.ndarray, optics: Optics) -> np.ndarray:
     deeper = np.clip(skin.log - gain - _LOG_TYPICAL, -_DEEPEST, 0)
     darker = math.log(np.exp(deeper) @ _SRGB_LUMINANCE)
     strength = math.log(np.exp(gain) @ _SRGB_LUMINANCE)
-    tint = np.clip(skin.trust * (gain - strength), -_TINT, _TINT)  # as the light's own colour
+    tint = np.clip(skin.trust * (gain - strength), -_TINT, _TINT)  # bounded as in `_sane`
     tint += skin.trust * _VEIL_HUE * (deeper - darker)
     return np.append(_VEIL_LIGHT * darker, _log_colour(tint, optics))
 
 
 def _log_colour(tint: np.ndarray, optics: Optics) -> np.ndarray:
-    """Logs (3,) of a light in sRGB's primaries -> in the frame's primaries, of luminance 1."""
+    """Log colour (3,) in sRGB's primaries -> log colour of luminance 1 in the frame's primaries."""
     colour = np.maximum(optics.from_srgb @ np.exp(np.clip(tint, -_TINT, _TINT)), 0.1)
     log: np.ndarray = np.log(colour / (colour @ optics.luminance))
     return log
 
 
 def _expected_direction(face: Face, frame: Frame) -> np.ndarray:
-    """From the front and above, where above is between the viewer's and the head's."""
+    """The direction from the front and above, where up is half-way between the viewer's up and the
+    head's."""
     up = np.array(_UP[frame.rotation_degrees])
     own = face.points_px[_BROW, :2] - face.points_px[_CHIN, :2]
     length = math.hypot(*own.tolist())
@@ -299,7 +307,7 @@ def _expected_direction(face: Face, frame: Frame) -> np.ndarray:
 
 
 def _direction(points_px: np.ndarray, skin: Skin, expected: np.ndarray) -> np.ndarray:
-    """Unit vector to the light, from how the skin's luminance goes with the mesh's normals."""
+    """Unit vector to the light, from how the skin's luminance varies with the mesh's normals."""
     corners = points_px.T[_XYZXY].take(TRIANGLES.T, 1)  # (5, 3, T)
     if not math.isfinite(corners.sum()):
         return expected
@@ -337,8 +345,8 @@ def _spread(deviations: tuple[float, float, float]) -> np.ndarray:
 
 
 def _gains() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Matrices from deviations of observed log light to the log of the light on the face: of the
-    skin and of the room together, and of the room alone."""
+    """Matrices from deviations of observed log light to the log of the light on the face: for skin
+    and for the room where both are observed, and for the room where it is observed alone."""
     light, skin, room = (
         np.linalg.inv(c) for c in (_spread(_LIGHT_SPREAD), SKIN_COVARIANCE, _spread(_ROOM_SPREAD))
     )
@@ -352,5 +360,5 @@ _RIDGE = np.diag(
     [(_TRIANGLE_SPREAD / _DIRECT_SPREAD) ** 2] * 3 + [(_TRIANGLE_SPREAD / _AMBIENT_SPREAD) ** 2]
 )
 _XYZXY = np.array([0, 1, 2, 0, 1])  # rows to take cross products by slices
-# Where the viewer sees up, in the stored picture, by the turn that makes it upright.
+# Up for the viewer, as a direction in the stored picture, by the turn that makes it upright.
 _UP = {0: (0.0, -1.0), 90: (1.0, 0.0), 180: (0.0, 1.0), 270: (-1.0, 0.0)}

@@ -2,9 +2,9 @@
 
 Hair, a mask, the frame of glasses, a phone or a sleeve in front of the cheek differ from the skin
 in lightness or in colour. Skin varies, too: it is lit from one side, it shines, and it flushes. So
-three numbers of each place (log luminance, log red to green, log blue to green) are compared with a
-plane fitted to this face's skin, and off it counts by how much this face's skin itself varies. The
-numpy twin of a part of kernels/face.cl (face_skin.h), where it is computed for every frame.
+for each of three numbers (log luminance, log red to green, log blue to green) a plane is fitted to
+this face's skin. A place's distance from the planes is measured by how much this face's skin itself
+varies. The numpy twin of face_skin.h, a part of kernels/face.cl.
 """
 
 import math
@@ -45,8 +45,8 @@ _TO_NUMBERS = np.array([[1.0, 0, 0, 0], [0, 1, -1, 0], [0, 0, -1, 1]])
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Skin:
-    """planes: (3, 3), of each number its height and its slopes along across and down.
-    to_deviations: (3, 3), from what is off the planes to independent standard deviations."""
+    """planes: (3, 3), for each number the plane's height and its slopes along `across` and `down`.
+    to_deviations: (3, 3), from distances off the planes to independent standard deviations."""
 
     planes: np.ndarray
     to_deviations: np.ndarray
@@ -57,13 +57,13 @@ def skin_likeness(
 ) -> np.ndarray:
     """(N,) float32: 1 where the face looks like its skin, 0 where it certainly does not.
 
-    rgb: (3, N) float32 linear light in sRGB's primaries.  luminance: (N,) float32 of it.
+    rgb: (3, N) float32 linear light in sRGB's primaries.  luminance: (N,) float32, its luminance.
     across, down: (N,) float32, places on the face in IOD.
-    seen: places of the face whose colour is known, as indices of N. All 1 where they are too few.
+    seen: indices of the places that are samples of skin. Too few of them make all places 1.
     """
     if len(seen) < FEWEST:
         return np.ones(len(luminance), np.float32)
-    given = np.empty((7, len(luminance)), np.float32)  # four logs, then the planes' 1, x and y
+    given = np.empty((7, len(luminance)), np.float32)  # four logs, then 1, x and y for planes
     given[0], given[1:4], given[4], given[5] = luminance, rgb, 1, across
     np.subtract(down, np.float32(MIDDLE), out=given[6])
     usual = float(np.partition(luminance[seen], len(seen) // 2)[len(seen) // 2])
@@ -99,9 +99,9 @@ def skin_likeness(
 
 
 def _fit(numbers: np.ndarray, slopes: np.ndarray, usual: float) -> _Skin | None:
-    """numbers, slopes: (3, S) of the samples; usual: the log of the face's luminance.
+    """Fit the planes to the samples; None where too little of every part of the face is seen.
 
-    None where no part of the face is seen.
+    numbers: (3, S).  slopes: (3, S): 1, x and y.  usual: the log of the face's luminance.
     """
     start = _start(numbers, slopes, usual)
     if start is None:
@@ -122,7 +122,7 @@ def _fit(numbers: np.ndarray, slopes: np.ndarray, usual: float) -> _Skin | None:
 
 
 def _start(numbers: np.ndarray, slopes: np.ndarray, usual: float) -> np.ndarray | None:
-    """The medians (3,) of the part of the face that is most like skin."""
+    """The medians (3,) of the part of the face most like skin; None where no part is seen."""
     near = np.abs(slopes[1]) < BESIDE
     best, found = -math.inf, None
     for low, high in PARTS:

@@ -1,4 +1,4 @@
-"""How soft a picture is at a face, so that makeup has no sharper edges than all else there."""
+"""How soft a picture is at a face, so that makeup's edges are no sharper than the rest of it."""
 
 import math
 from collections.abc import Sequence
@@ -10,29 +10,32 @@ from makeup_video.pipeline.faces.face import Face
 from makeup_video.pipeline.faces.topology import EYE_CORNERS
 
 FADE_PER_SIGMA = 3.46  # the width of a border that is as soft as a blur of sigma 1
-# Half the width and height of what is read around the middle of eyes and mouth, in IOD.
+# A rectangle of the luma plane is read around the middle of the eyes and of the mouth: half its
+# width and height in IOD.
 _EYES_REACH, _MOUTH_REACH = (0.6, 0.2), (0.38, 0.25)
-_LEAST_PX, _MOST_PX = 7.0, 200.0  # bounds of both, px of what is read
-_AGAIN_SIGMA, _AGAIN_PX = 1.5, 9  # the blur that tells how blurred the picture is already
-_BORDER_PX = 2  # of what is read: its blur would mirror the border
-_SEEN = 0.01  # of the mean: the least difference of px two apart that counts as an edge
-_SOFTEST = 6.0  # sigma, px of what is read: the blur is hardly known from there on
-# Sigma up to which a picture counts as sharp, so that makeup stays as it is, in IOD and in px of
-# what is read: a px has a size, too. And from how many times as much on all of the blur counts.
+_LEAST_PX, _MOST_PX = 7.0, 200.0  # bounds of these halves, px of the plane
+_AGAIN_SIGMA, _AGAIN_PX = 1.5, 9  # sigma and width of a second blur, which reveals the first
+_BORDER_PX = 2  # px of the rectangle's border that do not count: the second blur mirrors there
+_SEEN = 0.01  # share of the mean luma: the least difference of px two rows apart that is an edge
+_SOFTEST = 6.0  # sigma, px of the plane: a larger blur can hardly be measured
+# Up to this sigma a picture counts as sharp, and its makeup stays as it is: _SHARP in IOD, or
+# _SHARP_PX in px of the plane where that is more, since a px has a size, too. From _ALL_FROM times
+# this sigma on, all of the blur counts.
 _SHARP, _SHARP_PX, _ALL_FROM = 0.016, 0.75, 1.3
 
 
 def softness_of(light: LightPlanes, face: Face) -> dict[str, float]:
-    """By how much more than a sharp picture this one is blurred where lips and eyes are painted, by
-    the names of these regions: sigma, px of the frame; 0 for a sharp one.
+    """How much more blurred than a sharp picture this one is at the lips and at the eyes.
 
-    The strongest edges along the face, as most of those of lips and lids are, are compared with the
+    Returns a sigma in px of the frame for each of these regions, by name; 0 for a sharp picture.
+
+    The strongest edges across the face, as most edges of lips and lids are, are compared with the
     same edges blurred once more (Zhuo and Sim, Defocus map estimation from a single image, 2011).
-    Defocus and enlargement count, and motion up and down the face. A mouth that moves is blurred
-    alone. Shut eyes have no sharp edges, so they count as the mouth does where that is sharper.
-    light: the planes that light on the face is read from.
+    So defocus, enlargement and motion up and down the face count. A moving mouth does not blur the
+    eyes. Shut eyes have no sharp edges, so they get the mouth's sigma where it is smaller.
+    light: the planes that the light on the face is read from.
     """
-    # in depth, too: a face that turns away gets narrower, and the picture no sharper
+    # measured in depth, too: a face that turns away gets narrower, but the picture no sharper
     unit = max(math.dist(*face.points_px.take(EYE_CORNERS, 0).tolist()), 1.0)
     (a, *_), (b, *_) = face.lips.to_px.tolist()
     long = max(math.hypot(a, b), 1e-9)
@@ -55,11 +58,11 @@ def _more_px(
     reach: tuple[float, float],
     unit: float,
 ) -> float | None:
-    """The blur around a place beyond that of a sharp picture: sigma, px of the frame; None where it
-    is not known.
+    """How much more blurred than a sharp picture a place is: sigma, px of the frame.
 
+    None where the blur is not known.
     right: unit vector to the right of the face.
-    reach: half the width and height of what is read, in IOD.
+    reach: half the width and height of the rectangle that is read, in IOD.
     """
     x_scale, x_offset, y_scale, y_offset = light.to_luma
     scale = math.sqrt(x_scale * y_scale)
@@ -69,7 +72,7 @@ def _more_px(
     if sigma is None:
         return None
     sigma_px, sharp_px = sigma / scale, max(_SHARP * unit, _SHARP_PX / scale)
-    share = min((sigma_px / sharp_px - 1) / (_ALL_FROM - 1), 1.0)  # or edges would flicker
+    share = min((sigma_px / sharp_px - 1) / (_ALL_FROM - 1), 1.0)  # a step would flicker
     return share * math.sqrt(sigma_px**2 - sharp_px**2) if share > 0 else 0.0
 
 
@@ -79,9 +82,9 @@ def _sigma(
     right: tuple[float, float],
     half_size: tuple[int, int],
 ) -> float | None:
-    """The blur of the strongest edges along the face: sigma, px; None where none is seen.
+    """The blur of the strongest edges across the face: sigma, px; None where no edge is seen.
 
-    half_size: of what is read, px.
+    half_size: half the width and height of the rectangle that is read, px.
     """
     (x, y), (cos, sin), (wide, high) = (round(place) for place in middle_xy), right, half_size
     if not (0 <= x < luma.shape[1] and 0 <= y < luma.shape[0]):
@@ -89,7 +92,7 @@ def _sigma(
     to_luma = np.array([
         [cos, -sin, x - cos * wide + sin * high], [sin, cos, y - sin * wide - cos * high],
     ])  # fmt: skip
-    # beyond the picture as at its border, which is no edge then
+    # the picture's border is repeated, so that the border itself is no edge
     seen = cv2.warpAffine(
         luma, to_luma, (2 * wide + 1, 2 * high + 1),
         flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE,
@@ -100,7 +103,7 @@ def _sigma(
     first, second = _steepness(pictures[:, _BORDER_PX:-_BORDER_PX, _BORDER_PX:-_BORDER_PX])
     weight = first * second
     divisor = float(weight @ second)
-    # an edge of the border alone has no weight
+    # weights are 0 where only the second blur brings in an edge from beyond the border
     if divisor <= 0 or float(second.max()) <= (_SEEN * float(seen.mean())) ** 2:
         return None
     least = 1 + (_AGAIN_SIGMA / _SOFTEST) ** 2
@@ -108,7 +111,7 @@ def _sigma(
 
 
 def _steepness(pictures: np.ndarray) -> np.ndarray:
-    """(N, px) the squares of the differences of px above and below, of pictures (N, H, W)."""
+    """Pictures (N, H, W) -> (N, px): the squared difference between the px above and below each."""
     down = pictures[:, 2:] - pictures[:, :-2]
     down *= down
     steepness: np.ndarray = down.reshape(len(pictures), -1)

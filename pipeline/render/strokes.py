@@ -11,7 +11,7 @@ from makeup_video.pipeline.render.softness import FADE_PER_SIGMA
 
 
 def fade_px(sigma_px: float) -> float:
-    """Over how many px the borders of a stroke fade in a picture with such a blur, at least 1."""
+    """The width over which a stroke's borders fade in a picture with this blur, px, at least 1."""
     return max(FADE_PER_SIGMA * sigma_px, 1.0)
 
 
@@ -20,11 +20,10 @@ def line_of(
 ) -> Line:
     """Strokes on a grid, (H, W) each, as the kernel takes them.
 
-    blur_px, soft_px: as Line has them.  share: px of the picture that strokes are drawn on, for one
-    of the frame.
+    blur_px, soft_px: see Line.  share: px of the painted picture for one px of the frame.
     """
     borders = [border for one in strokes for border in (one.above, one.below)]
-    if len(strokes) % 2:
+    if len(strokes) % 2:  # the kernel takes strokes in pairs: an odd one stands twice
         borders += borders[-2:]
     merged = [cv2.merge(borders[at : at + 4]) for at in range(0, len(borders), 4)]
     maps: np.ndarray = merged[0][None] if len(merged) == 1 else np.stack(merged)
@@ -34,7 +33,7 @@ def line_of(
 
 
 def box_of_strokes(strokes: Sequence[Stroke], blur_px: float) -> np.ndarray:
-    """(N, H, W) bool: all places of the grids from which a stroke may be seen."""
+    """(N, H, W) bool: where on the grids a stroke or its blurred border may be seen."""
     there = [np.minimum(one.above, one.below) > -blur_px for one in strokes]
     seen: np.ndarray = there[0]
     for more in there[1:]:

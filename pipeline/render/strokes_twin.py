@@ -7,7 +7,7 @@ import numpy as np
 from makeup_video.pipeline.look.kinds.kind import Stroke
 from makeup_video.pipeline.render.grid import Grid
 
-_NOWHERE = -1e3  # px from a border, beyond the grid
+_NOWHERE = -1e3  # px: how far places beyond the grid lie within a border, so no stroke lies there
 
 
 def draw_strokes(
@@ -21,10 +21,10 @@ def draw_strokes(
 ) -> None:
     """Fill (h, w) float32 with the coverage of strokes, 0..1, on the pixels from origin_xy on.
 
-    Coverage is the share of a window, blur_px wide around a pixel, that lies between the borders: a
-    line that is thinner than a pixel is faint, and does not crawl. The lower border, which may be
-    the lash line, fades over soft_px alone.  strokes: (H, W) each.
-    blur_px, soft_px: as Line has them.  share: px of this picture for one of the frame.
+    Coverage is the share of a window, blur_px wide around a pixel, that lies between the borders.
+    So a line thinner than a pixel is faint, and does not crawl. The lower border, which may be the
+    lash line, fades over soft_px only.  strokes: (H, W) each.
+    blur_px, soft_px: see Line.  share: px of the painted picture for one px of the frame.
     """
     for at in range(0, len(strokes), 2):  # two are warped at once
         first, second = strokes[at], strokes[min(at + 1, len(strokes) - 1)]
@@ -39,8 +39,8 @@ def draw_strokes(
 
 
 def _covered(above: np.ndarray, below: np.ndarray, blur_px: float, soft_px: float) -> np.ndarray:
-    """Coverage of one stroke by the distances from its borders, px."""
-    blur, soft = np.float32(blur_px), np.float32(soft_px)  # as the kernel has them
+    """Coverage of one stroke.  above, below: see Stroke, px of the painted picture."""
+    blur, soft = np.float32(blur_px), np.float32(soft_px)  # float32, as in the kernel
     half = np.float32(0.5) * blur
     covered: np.ndarray = np.minimum(above, half)
     covered += np.minimum(below, half)

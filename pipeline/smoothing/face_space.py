@@ -24,7 +24,7 @@ STABLE = np.array([
 
 # Parts of a face that are compared between moments, and smoothed, independently of each other.
 # Of the eyes only the lids are compared: the rings around the lids hardly move in a blink and would
-# hide it. Of the rest every fifth point is enough.
+# hide the blink. Of the rest every fifth point is enough.
 PARTS = ("lips", "left lids", "right lids", "rest", "pose", "lips' place", "patch")
 LIPS_PART, POSE_PART, PLACE_PART, PATCH_PART = 0, 4, 5, 6
 _REST = np.setdiff1d(np.arange(POINTS), np.concatenate([LIPS, EYE, RIGHT_EYE]))
@@ -37,20 +37,21 @@ for _part, _points in enumerate((LIPS, EYE, RIGHT_EYE)):
     _PART_OF_POINT[_points] = _part
 PART_OF_COLUMN = np.concatenate([np.repeat(_PART_OF_POINT, 2), _PART_OF_POINT])  # of `values`
 PART_OF_POSE = np.repeat([POSE_PART, PLACE_PART], [4, 2])  # of columns of `pose`
-_EVERY = 8  # px between samples of the patch along each side; its logits are smoother than that
-# A crop that is off the track's crop by more than this share of its size becomes the track's crop.
+_EVERY = 8  # px between samples of the patch, each way; its logits vary more slowly than that
+# A crop that differs from the track's crop by more than this share of its size becomes the track's
+# crop.
 _MOST_OFF = 0.08
-_SAME_PX = 0.01  # a crop less off than this counts as the track's crop: no interpolation
-# Once in a slot of this length the crop of a frame becomes the track's, so that it does not depend
-# on where a run begins in the video.
+_SAME_PX = 0.01  # a crop that differs by less counts as the track's: no interpolation
+# Once in a slot of this length the crop of a frame becomes the track's crop, which then does not
+# depend on where a run begins in the video.
 _CROP_SECONDS = 0.5
 
 
 def _to_factor() -> np.ndarray:
-    """Weights of the stable points, about their mean, whose sum is the scale and turn of a face.
+    """Weights whose sum over the stable points, about their mean, is a face's scale and turn.
 
-    Those of the mean face, and not of a track's first face: so the same frames give the same
-    readings, wherever a run begins in the video.
+    The weights come from the mean face, not from a track's first face, so that the same frames give
+    the same readings, wherever a run begins in the video.
     """
     stable = as_complex(read_array("mean_face.npy").astype(np.float64)[STABLE])
     stable -= stable.mean()
@@ -63,21 +64,21 @@ class Readings:
     """Faces of one track at several moments, as numbers that may be averaged.
 
     values: (N, 478 * 3) float32, x and y of one point after the other in the face's own
-    coordinates, those of the lips from the mean of the lips, then z of all points.
-    pose: (N, 6) float64, x, y, log scale and turn of those coordinates, x and y of the mean of the
-    lips. That mean stands apart because the lips are found in every frame, and without the errors
-    of the points that give the pose: in the face's coordinates it would carry them with the
-    opposite sign.
+    coordinates, then z of all points. The points of the lips are relative to the mean of the lips.
+    pose: (N, 6) float64, x, y, log scale and turn of those coordinates, and x and y of the mean of
+    the lips. That mean stands apart because the lips are read in every frame, without the errors of
+    the points that give the pose. In the face's coordinates the mean would carry those errors with
+    the opposite sign.
     patches: (N, H, W) float32, the logits in the track's crop.
     spans: (N,) float64, the widths of the crops that the logits were read from, in IOD.
-    keys: (N, K) float64, what moments are compared by.
+    keys: (N, K) float64, the numbers by which moments are compared.
     apart: (parts, N, N) float64, mean squared distances between moments: of points; for the pose,
-    of the stable points, and for the lips' place, in units of the later one; for the patch, of its
-    samples.
+    of the stable points; for the patch, of its samples. The pose and the lips' place are compared
+    in units of the later face.
 
-    The unit of length is the rms distance of the mean face's stable points from their mean, laid
-    over the face that began the track (0.55 of the distance of the outer eye corners). Scale and
-    turn count by what they do to the stable points.
+    The unit of length is the rms distance of the mean face's stable points from their mean, when
+    the mean face is laid over the face that began the track (0.55 of the distance of the outer eye
+    corners). Scale and turn count by how far they move the stable points.
     """
 
     def __init__(self, space: "FaceSpace", count: int) -> None:
@@ -112,7 +113,7 @@ class FaceSpace:
         self._shares = np.eye(len(PARTS))[parts] / self.key_counts  # (K, parts)
 
     def split(self, face: Face, readings: Readings, index: int, seconds: float) -> None:
-        """Write the face, of that time of the video, to `index` of readings of the same track."""
+        """Write a face of this track, at `seconds` of the video, to `index` of the readings."""
         points = as_complex(face.points_px)
         stable = points.take(STABLE)
         middle = complex(stable.sum()) / len(STABLE)
@@ -174,7 +175,7 @@ class FaceSpace:
         readings.apart[:, index], readings.apart[:, :, index] = apart, apart
 
     def _to_px(self, pose: list[float]) -> tuple[complex, complex, complex]:
-        """From the face's own coordinates to px: the factor, the shift, and that of the lips."""
+        """From the face's own coordinates to px: the factor, the shift, and the lips' own shift."""
         x, y, log_scale, turn, lips_x, lips_y = pose
         factor = cmath.rect(self._unit * math.exp(log_scale), turn)
         middle, lips = (
@@ -197,8 +198,8 @@ class FaceSpace:
         """
         to_px = Affine.from_array(patch.to_px)
         readings.spans[index] = patch.span
-        # The track's crop is as wide as the widest that is held, or it would cut off the lips of a
-        # mouth that was wide open a moment ago.
+        # The track's crop is as wide as the widest crop in the readings. A narrower one would cut
+        # off the lips of a mouth that was wide open a moment ago.
         span = float(readings.spans.max())
         wider = self._about_the_middle(span / patch.span)
         crop = lips_to_px.inverse().after(to_px.after(wider))
@@ -213,7 +214,7 @@ class FaceSpace:
         )
 
     def _to_track(self, crop: Affine) -> Affine:
-        """From px of the track's crop to those of another."""
+        """From px of the track's crop to px of another crop."""
         assert self._crop is not None  # there is no reading before the first crop is taken
         return crop.inverse().after(self._crop)
 
@@ -224,7 +225,7 @@ class FaceSpace:
         return Affine(scale, 0.0, x, 0.0, scale, y)
 
     def _take_crop(self, crop: Affine, readings: Readings) -> None:
-        """Make a frame's crop that of the track; the other patches move to it."""
+        """Make a frame's crop the track's crop, and move the other patches to it."""
         if self._crop is not None:
             to_old = self._crop.inverse().after(crop)
             if self._off_px(to_old) < _SAME_PX:
@@ -255,9 +256,9 @@ def _xy_and_z(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _warp(logits: np.ndarray, to_source: Affine) -> np.ndarray:
-    """(H, W) float32 with each pixel taken at to_source.
+    """Logits (H, W) float32 whose pixels are sampled at the places that to_source gives.
 
-    The border is repeated beyond the edges.
+    Beyond the edges the border is repeated.
     """
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     size_wh = logits.shape[1], logits.shape[0]

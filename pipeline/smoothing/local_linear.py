@@ -9,15 +9,15 @@ from makeup_video.pipeline.smoothing.face_space import LIPS_PART, PATCH_PART
 _TIME_SECONDS = 0.12  # standard deviation of the weight by time
 _SLOPE_SECONDS = 0.04  # the same for the first estimate of the speed
 
-# Squared distances up to this multiple of what noise alone makes are noise; for each unit beyond it
-# the weight falls by half.
+# Squared distances up to this multiple of what noise alone makes count as noise. For each unit
+# beyond, the weight falls by half: to e to the power of -_FALL.
 _TOLERANCE = 1.7
 _FALL = 0.7
-# e to this power is no weight at all; smaller weights would be denormal numbers, which are slow.
+# e to this power counts as no weight. Smaller weights would be denormal numbers, which are slow.
 _NO_WEIGHT = -40.0
 
-# At rest, and at steady speed. Lids have no steady speed: a line through both sides of a blink
-# would only make the blink shallower.
+# Which parts may be at rest (the first row), and which may have a steady speed (the second). Lids
+# have none: a line through both sides of a blink would only make the blink shallower.
 _MAY_MOVE = np.array([[1, 1, 1, 1, 1, 1, 1], [1, 0, 0, 1, 1, 1, 1]])[..., None]
 
 
@@ -54,16 +54,16 @@ def local_linear_taps(
     both = np.empty((2, *resting.shape))
     both[0] = resting
     both[1] = resting * (1 - total * dt) + dt * (towards - own + dt * speeds)
-    # In units of noise; both moments of a distance are noisy.
+    # In units of the noise, halved because both moments of a distance are noisy.
     both *= (_FALL / 2) / variance[:, None]
-    # A mouth that closes changes little of the patch, but its points move.
+    # A closing mouth changes little of the patch, but moves the points of the lips.
     patch = both[:, PATCH_PART]
     np.maximum(patch, both[:, LIPS_PART], out=patch)
     np.subtract(_FALL * _TOLERANCE, both, out=both)
     np.minimum(np.maximum(both, _NO_WEIGHT, out=both), 0, out=both)
     np.exp(both, out=both)
     both *= by_time
-    # Take whichever explains more of the window: at rest, a speed would be nothing but noise.
+    # Take rest or speed, whichever explains more of the window: at rest, a speed is mere noise.
     explained = np.add.reduce(both, 2, keepdims=True) * _MAY_MOVE
     weights = np.where(explained[0] >= explained[1], both[0], both[1])
     sums = weights @ np.array(([1.0] * len(steps), steps, squares)).T

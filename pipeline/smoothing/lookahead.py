@@ -1,7 +1,7 @@
 """Smooths faces with frames ahead, for files: a still face in a noisy video does not shimmer.
 
-Time is that of the frames (pts * time_base), never a count of frames. The pose and each part of
-the shape are smoothed apart, and only as far as differences look like noise.
+Time comes from the frames' timestamps (pts * time_base), never from a count of frames. The pose and
+each part of the shape are smoothed separately, and only as far as differences look like noise.
 """
 
 import math
@@ -22,15 +22,15 @@ from makeup_video.pipeline.smoothing.local_linear import local_linear_taps
 from makeup_video.pipeline.smoothing.noise_level import NOISE_MOMENTS, NoiseLevel
 from makeup_video.pipeline.smoothing.tracks import Tracks
 
-# Of score and mouth_visible, which must follow within a frame or two: standard deviation of the
-# weight by time here, time constant of the live filter.
+# For score and mouth_visible, which must follow within a frame or two: the standard deviation of
+# the weight by time here, and the time constant of the live filter.
 SCORE_SECONDS = 0.025
 _WINDOW_SECONDS = 0.14  # to both sides of a frame: four frames at 30 fps, three at 24
-# At most so many frames to both sides. Those ahead are held in memory (12 MB each at 2160p, 25 MB
-# with 10 bits), and a hardware decoder has only so many pictures to lend. Four make nine moments,
-# so noise falls to a third; a quarter would take twice the memory.
+# Most frames to each side. Frames ahead are held in memory (12 MB each at 2160p, 25 MB with 10
+# bits), and a hardware decoder lends only a few pictures. Four to each side make nine moments, so
+# noise falls to a third. To a quarter it would take twice the memory.
 AHEAD_FRAMES = 4
-# (parts, columns) values flattened -> each column from the part that it belongs to.
+# Places in flattened (parts, columns) values: each column in the row of its own part.
 _OWN = PART_OF_COLUMN * len(PART_OF_COLUMN) + np.arange(len(PART_OF_COLUMN))
 
 

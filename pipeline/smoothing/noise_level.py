@@ -7,14 +7,15 @@ import numpy as np
 from makeup_video.pipeline.frames.clock import slot
 from makeup_video.pipeline.smoothing.face_space import LIPS_PART, PLACE_PART, POSE_PART
 
-# Variances per part of face_space.PARTS, in its units. _USUAL is taken before there is any
-# estimate; _LEAST and _MOST bound the estimates: numbers are rounded, and some motion is taken for
-# noise.
+# Variances of the parts of face_space.PARTS, in units of Readings. _USUAL holds until there is an
+# estimate. Estimates are at least _LEAST, because numbers are rounded, and at most _MOST, because
+# some motion is taken for noise.
 _USUAL = np.array([2e-3, 2e-3, 2e-3, 2e-3, 1e-3, 2e-3, 0.02]) ** 2
 _LEAST = np.array([1.5e-4, 1.5e-4, 1.5e-4, 1.5e-4, 1e-4, 1.5e-4, 1e-3]) ** 2
 _MOST = np.array([1.2e-2, 1.2e-2, 1.2e-2, 1.2e-2, 8e-3, 1.2e-2, 0.06]) ** 2
-# Medians of few numbers' squares are lower than their mean: for two numbers 0.69 of it, with normal
-# noise that differs from moment to moment. Measured on a still face in noise.
+# From the median of the estimates to their mean. The median of a sum of few squares is lower than
+# the mean: 0.69 of it for two numbers with normal noise that differs from moment to moment. These
+# factors were measured on a still face in noise.
 _TO_MEAN = np.array([1, 1, 1, 1, 1.5, 2, 1])
 
 # Continuous speech hides the lips' noise, so the lips' variance is bounded by this multiple of the
@@ -22,14 +23,15 @@ _TO_MEAN = np.array([1, 1, 1, 1, 1.5, 2, 1])
 _LIPS_TO_OTHERS = 2.5
 NOISE_MOMENTS = 5
 _MOST_SECONDS = 0.3  # moments that span more time show motion rather than noise
-# Estimates that are kept, and the slots of time in each of which there is one: 1.5 s in all.
+# How many estimates are kept, and the length of the slots of time with one estimate each: 1.5 s in
+# all.
 _KEPT, _SLOT_SECONDS = 22, 1 / 15
 
 
 class NoiseLevel:
     """The variance of a track's readings, per part.
 
-    Five consecutive moments are compared with the cubic nearest to them: what is left is noise, and
+    Five consecutive moments are compared with the cubic nearest to them. What is left is noise, and
     very little motion (second differences were tried, and took a shaking head for noise). The
     median over the last estimates ignores blinks and syllables.
     """
@@ -44,8 +46,8 @@ class NoiseLevel:
     def update(self, apart: np.ndarray, indices: Sequence[int], seconds: Sequence[float]) -> None:
         """Estimate the noise of the last moments.
 
-        apart: (parts, N, N), see Readings. indices, seconds: of the last moments, all different;
-        seconds of the video.
+        apart: (parts, N, N), see Readings. indices: the last moments' places in `apart`.
+        seconds: their times in the video, all different.
         """
         # A new estimate shares four moments of five with the one before, so one in a slot is enough
         # once there are some.

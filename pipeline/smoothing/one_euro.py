@@ -7,13 +7,13 @@ import numpy as np
 # Squared speeds up to this multiple of what noise alone makes count as rest. Noise that moves a
 # whole part at once varies by about its own size from moment to moment.
 _TOLERANCE = 2.5
-# Variance of the difference between the newest and the filtered value, in units of the noise: all
-# of the newest value's, and some of the filtered value's.
+# Variance of the difference between the newest and the filtered value, in units of the noise's
+# variance: 1 for the newest value, and some more for the filtered value.
 _DIFFERENCE = 1.5
 _MIN_CUTOFF_HZ = 1.0  # at rest
 _RISE_HZ = 20.0  # how much the cutoff rises for each unit of speed
-# Of the low-pass filter of the speed. Well above the paper's 1 Hz, or a blink would be over before
-# it counts.
+# Cutoff of the low-pass filter of the speed. It is well above the paper's 1 Hz, with which a blink
+# would be over before its speed counts.
 _SPEED_CUTOFF_HZ = 15.0
 
 
@@ -29,7 +29,7 @@ class OneEuro:
     def __init__(self, starts: np.ndarray, counts: np.ndarray) -> None:
         """starts: (R,) first column of each part.
 
-        counts: (R,) divisors of its sums of squares.
+        counts: (R,) divisor of each part's sum of squares.
         """
         self._starts, self._counts = starts, counts
         self._value: np.ndarray | None = None

@@ -64,7 +64,7 @@ class _Filter:
         last = range(min(self._count, NOISE_MOMENTS))
         self._noise.update(readings.apart, last, self._seconds[: len(last)])
         variance = self._noise.variance().copy()
-        # in the unit of the keys
+        # from units of the face now to units of the track's first face, which the keys have
         variance[[POSE_PART, PLACE_PART]] *= math.exp(2 * readings.pose[index, 2])
         shares = self._filter(readings.keys[index], step, variance)
         values, pose, patch = readings.values[-1], readings.pose[-1], readings.patches[-1]

@@ -23,7 +23,7 @@ class Tracks(Generic[T]):
     """What is remembered of each face. A cut, or an absence of more than GAP_SECONDS, ends it.
 
     begin: makes the memory of a new track from its first face.
-    even: media time, which always advances -> the time that the tracks keep.
+    even: media time, which always advances -> the time that the tracks use.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Tracks(Generic[T]):
         return now
 
     def track_of(self, face: Face, now: float) -> T:
-        """The track that this face continues; a second face of one number gets its own."""
+        """The track that this face continues; a second face with its number gets a new track."""
         track = self._tracks.get(face.track_id)
         if track is not None and track.last_seconds == now:
             return self._begin(face)

@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 
+# Drawn once: each picture takes a piece of it, which is much faster than new noise.
 _noise = np.random.default_rng(0).normal(size=(1 << 20)).astype(np.float32)
 
 
@@ -41,7 +42,7 @@ def photograph(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def jpeg(rgb8: np.ndarray, quality: int) -> np.ndarray:
     """The picture after compression as JPEG.
 
-    OpenCV takes B'G'R': given R'G'B', it would count red as little in luma as blue, and blur it.
+    OpenCV takes B'G'R'. Given R'G'B', it would count red as little in luma as blue, and blur red.
     """
     bgr8 = cv2.cvtColor(rgb8, cv2.COLOR_RGB2BGR)
     data = cv2.imencode(".jpg", bgr8, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
@@ -57,7 +58,7 @@ def grain(shape: tuple[int, ...], rng: np.random.Generator, coarse: bool) -> np.
 
 
 def restyle(rgb8: np.ndarray, mask: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Now and then another lipstick, beard or mouth opening. mask: (H, W, 4) as in Batch."""
+    """Now and then change the lipstick, beard or mouth opening. mask: (H, W, 4) as in Batch."""
     whole, opening = mask[..., 0], mask[..., 1]
     u = rng.random(3)
     if u[0] < 0.45:
@@ -72,7 +73,7 @@ def restyle(rgb8: np.ndarray, mask: np.ndarray, rng: np.random.Generator) -> np.
 
 
 def stubble(rgb8: np.ndarray, whole: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Short dark or grey hairs around the mouth. whole: (H, W) uint8, the mouth."""
+    """Draw short dark or grey hairs around the mouth. whole: (H, W) uint8, the mouth."""
     h, w = whole.shape
     start = int(rng.integers(len(_noise) - h * w))
     hairs = cv2.GaussianBlur(_noise[start : start + h * w].reshape(h, w), (0, 0), 0.5,
@@ -85,7 +86,7 @@ def stubble(rgb8: np.ndarray, whole: np.ndarray, rng: np.random.Generator) -> np
 
 
 def harsh(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Cast shadows, clipped lights, gloss, tinted or colourless pictures, halos."""
+    """Add cast shadows, clipped lights, gloss, a tint or loss of colour, and halos."""
     h, w = rgb8.shape[:2]
     u = rng.random(6)
     picture = rgb8.astype(np.float32)
@@ -132,7 +133,7 @@ def cast_shadow(rng: np.random.Generator, w: int, h: int) -> np.ndarray:
 
 
 def lipstick(rgb8: np.ndarray, mask: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Lips in any colour, sheer to opaque, matt to glossy. mask: (H, W) uint8, the lips."""
+    """Paint lips in any colour, sheer to opaque, matte to glossy. mask: (H, W) uint8, the lips."""
     inside = mask > 127
     if inside.sum() < 20:
         return rgb8
@@ -140,7 +141,7 @@ def lipstick(rgb8: np.ndarray, mask: np.ndarray, rng: np.random.Generator) -> np
     if kind < 0.6:  # reds, pinks, browns
         red = rng.uniform(40, 250)
         colour = np.array([red, red * rng.uniform(0.05, 0.7), red * rng.uniform(0.1, 0.75)])
-    elif kind < 0.85:  # nude: nearly the colour of the skin beside
+    elif kind < 0.85:  # nude: nearly the colour of the skin beside the lips
         colour = np.median(rgb8[mask < 30], 0) * rng.uniform(0.75, 1.1) * rng.uniform(0.9, 1.1, 3)
     picture = rgb8.astype(np.float32)
     luma = picture @ np.array([0.299, 0.587, 0.114], np.float32)
@@ -196,7 +197,7 @@ def motion_blur(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 class Occluder:
     """Draws hands, cups, microphones and hair: blobs, bars and strands, flat or textured.
 
-    mouth: draws fingers and microphones right over the lips, too.
+    mouth: also draws fingers and microphones right over the lips.
     """
 
     def __init__(self, pictures: list[list[np.ndarray]], mouth: bool = False) -> None:
@@ -206,7 +207,11 @@ class Occluder:
     def __call__(
         self, crop: np.ndarray, at: np.ndarray, rng: np.random.Generator
     ) -> np.ndarray | None:
-        """Draw over `crop` in place; returns which of the points `at` (K, 2) px are hidden."""
+        """Draw over `crop` in place, with the probability `chance`.
+
+        Returns which of the points `at` (K, 2) px are hidden, or None when nothing is drawn.
+        `shape` keeps the share of each px that was covered, (H, W) float32.
+        """
         self.shape = None
         if rng.random() >= self.chance:
             return None
@@ -225,13 +230,13 @@ class Occluder:
     def _shape(self, w: int, h: int, rng: np.random.Generator) -> np.ndarray:
         shape = np.zeros((h, w), np.uint8)
         kind = rng.random()
-        if kind < 0.35:  # a blob that comes in from a border
+        if kind < 0.35:  # a blob, often cut by a border
             angles = np.sort(rng.uniform(0, 2 * np.pi, 9))
             radius = rng.uniform(0.5, 1.2, 9) * w * rng.uniform(0.12, 0.4)
             middle = rng.uniform([0, 0], [w, h])
             edge = middle + radius[:, None] * np.stack([np.cos(angles), np.sin(angles)], 1)
             cv2.fillPoly(shape, [np.rint(edge).astype(np.int32)], 255)
-        elif kind < 0.75:  # fingers, a microphone: thick bars from outside
+        elif kind < 0.75:  # thick bars, such as fingers and microphones
             for _ in range(int(rng.integers(1, 5))):
                 start = rng.uniform([0, 0], [w, h])
                 end = start + rng.normal(size=2) * w
@@ -250,7 +255,7 @@ class Occluder:
         if kind < 0.35:  # a colour, with some light on it
             flat = np.full((h, w, 3), rng.uniform(0, 255, 3), np.float32)
             return flat * light(rng, w, h)
-        if kind < 0.6:  # the same skin, as on a hand
+        if kind < 0.6:  # a colour of the crop, such as the same skin on a hand
             skin = crop.reshape(-1, 3)[rng.integers(h * w)].astype(np.float32)
             return np.full((h, w, 3), skin * rng.uniform(0.6, 1.3), np.float32) * light(rng, w, h)
         other = self.pictures[int(rng.integers(len(self.pictures)))][-1]
@@ -259,7 +264,10 @@ class Occluder:
 
 
 def fingers(crop: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """One to four round bars side by side in the face's own skin, or a fist."""
+    """One to four round bars side by side in the colour of the face's skin.
+
+    Returns their shape (H, W) uint8 and colours (H, W, 3) float32.
+    """
     h, w = crop.shape[:2]
     skin = crop[int(rng.integers(h * 3 // 4, h)), int(rng.integers(w // 4, w * 3 // 4))]
     skin = skin.astype(np.float32) * np.float32(rng.uniform(0.7, 1.25))
@@ -281,7 +289,7 @@ def fingers(crop: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.
 
 
 def microphone(crop: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """A ball of foam or wire mesh on a stick from below or from a side."""
+    """A ball of foam or wire mesh on a stick from below. Returns the same as `fingers`."""
     h, w = crop.shape[:2]
     shape = np.zeros((h, w), np.uint8)
     middle, radius = rng.normal([w / 2, h * 0.75], [w / 5, h / 6]), rng.uniform(8, 22)

@@ -8,7 +8,7 @@ from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
 
 def rate_at(step: int, steps: int, highest: float, warm_up: int) -> float:
-    """The learning rate: rises for warm_up steps, stays, and falls to almost 0 after 60 %."""
+    """The learning rate: rises for warm_up steps, stays, and falls to almost 0 in the last 40 %."""
     return highest * min(1, (step + 1) / warm_up, 2.5 * (1 - step / steps) + 0.005)
 
 
@@ -18,7 +18,7 @@ class Checkpoint:
     def __init__(
         self, path: Path, net: nn.Module, optimizer: torch.optim.Optimizer, decay: float
     ) -> None:
-        """decay: of the running average, per step. The folder of the file is made."""
+        """decay: of the running average, per step. The file's folder is made if it is missing."""
         path.parent.mkdir(parents=True, exist_ok=True)
         self.path, self.net, self.optimizer, self.decay = path, net, optimizer, decay
         self.average = AveragedModel(
@@ -29,7 +29,7 @@ class Checkpoint:
     def resume(self, steps: int | None = None) -> None:
         """Resume from the file, if there is one.
 
-        steps: of the whole run; the command ends with a message when none of them is left.
+        steps: the length of the whole run; the command ends with a message when no step is left.
         """
         if not self.path.exists():
             return
@@ -46,7 +46,7 @@ class Checkpoint:
         print(f"{self.path} is resumed at step {self.step}: to begin anew, move it away")
 
     def start_from(self, path: Path) -> None:
-        """Take over the averaged weights of another run, at step 0 with a new optimizer."""
+        """Start at step 0 from the averaged weights of another run, with a new optimizer."""
         average = torch.load(path, map_location="cpu", weights_only=True)["average"]
         self.average.load_state_dict(average)
         self.net.load_state_dict(self.average.module.state_dict())

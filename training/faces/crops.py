@@ -14,19 +14,18 @@ from makeup_video.training.faces.contour import fill
 from makeup_video.training.faces.openings import Openings
 from makeup_video.training.faces.prepare import DEPTH_REACH, FOLDERS
 
-# As lip_masks.py makes them.
-MASK_FOLDERS, MASK_SPAN = ("portraits", "talking", "wild", "sharp"), 1.4
-MASK_CERTAINTY = 0.44  # leaves out a sixteenth of `wild`, and hardly any of the others
-OUTLINED = 8.0  # how often a mouth outlined by hand is drawn, against another
+MASK_FOLDERS, MASK_SPAN = ("portraits", "talking", "wild", "sharp"), 1.4  # of lip_masks.py; IOD
+MASK_CERTAINTY = 0.44  # the least: leaves out a sixteenth of `wild`, and hardly any other mask
+OUTLINED = 8.0  # how many times as often as another a mouth outlined by hand is drawn
 HARSH = 0.45  # share of lip crops with light and colours that spoil the border
 LOWER_FACE = 0.55  # IOD below the eyes: what a medical mask may hide
-PIVOT = np.array([0, 0.35])  # IOD below the eyes: a head turns about its centre
+PIVOT = np.array([0, 0.35])  # IOD below the eyes: the head's centre, about which it turns
 LIPS_AT = {int(point): at for at, point in enumerate(LIPS)}
 
 
 @dataclass(frozen=True)
 class CropSpec:
-    """The input of a net, a crop turned with the face, and the points that the net reads."""
+    """A net's input, which is a crop turned with the face, and the points that the net reads."""
 
     size_wh: tuple[int, int]  # px
     span: float  # width of the crop, in IOD
@@ -36,7 +35,7 @@ class CropSpec:
     # Error of the tracker, one sigma: turn (radians), log scale, shift (IOD).
     jitter: tuple[float, float, float] = (0.08, 0.06, 0.06)
     turn: tuple[float, float] = (0.28, 0.16)  # turn in depth, one sigma: yaw, pitch (radians)
-    share: dict[str, float] = field(
+    share: dict[str, float] = field(  # how often each folder is drawn
         default_factory=lambda: {"portraits": 0.25, "wild": 0.52, "talking": 0.18, "covered": 0.05}
     )
 
@@ -60,7 +59,7 @@ class Faces:
     def __init__(self, path: Path, validation: bool) -> None:
         packed = np.load(path)
         self.mean, self.mirror = packed["mean"], packed["mirror"]
-        self.pictures: list[list[np.ndarray]] = []  # per face: full size, then halved
+        self.pictures: list[list[np.ndarray]] = []  # per face: full size, then halved repeatedly
         columns: dict[str, list[np.ndarray]] = {"frames": [], "face_points": [], "depth": []}
         folders, sources = [], []
         for name in FOLDERS:
@@ -111,9 +110,9 @@ class Faces:
         return np.clip(weight / np.median(weight), 0.6, 3)
 
     def sampling(self, share: dict[str, float], outlined: float | None = None) -> np.ndarray:
-        """The probability of every face.
+        """The probability of drawing each face.  share: of each folder.
 
-        outlined: how often those outlined by hand are drawn; None for as often as others.
+        outlined: the weight of mouths outlined by hand; None for the weight that others have.
         """
         p, weight = np.zeros(len(self.pictures)), self.rarity
         if outlined is not None:
@@ -150,10 +149,10 @@ class Batch:
     rgb8: np.ndarray  # (N, H, W, 3)
     points: np.ndarray  # (N, K, 3) in IOD from the crop's centre
     weight: np.ndarray  # (N, K), of each point in the loss
-    labels: np.ndarray  # (N, 2): a face; a visible mouth
+    labels: np.ndarray  # (N, 2): whether there is a face, and a visible mouth
     index: np.ndarray  # (N,) of the face
-    # (N, H, W, 4) uint8: the whole mouth, the opening between the lips, which part of that is teeth
-    # (about 127 where not known), and whether all this is known; for the lip net only
+    # (N, H, W, 4) uint8: the whole mouth, the opening between the lips, the teeth's share of the
+    # opening (about 127 where unknown), and whether all this is known; for the lip net only
     mask: np.ndarray | None = None
 
 
@@ -171,7 +170,7 @@ class _Placed(NamedTuple):
 
 
 class Cropper:
-    """Draws batches for one net. augment: False for only the small errors of a tracker."""
+    """Draws batches for one net. augment: False leaves only the small errors of a tracker."""
 
     def __init__(self, faces: Faces, spec: CropSpec, seed: int, augment: bool = True) -> None:
         self.faces, self.spec, self.augment = faces, spec, augment
@@ -185,7 +184,7 @@ class Cropper:
         self.coarse = coarse.reshape(-1, 2).astype(np.float32)  # crop px
 
     def geometry(self, index: np.ndarray) -> dict[str, np.ndarray]:
-        """The source of each crop's pixels in picture px, and the targets of its points in IOD."""
+        """Where each crop's pixels lie in the picture, px, and the targets of its points, IOD."""
         placed, target = self._draw(index)
         source = self._source(index, placed)
         return {"target": target.astype(np.float32), "source": source.astype(np.float32)}
@@ -193,8 +192,7 @@ class Cropper:
     def _draw(self, index: np.ndarray) -> tuple[_Placed, np.ndarray]:
         """How faces are turned, where their crops lie, and targets (N, K, 3) of their points."""
         rng, faces, spec, n = self.rng, self.faces, self.spec, len(index)
-        # as in a first frame, whose error is larger
-        wide = rng.random(n) < (0.25 if self.augment else 0)
+        wide = rng.random(n) < (0.25 if self.augment else 0)  # the larger error of a first frame
         spread = np.where(wide, 2.5, 1.0)[:, None] * np.array([spec.jitter])
         turn, log_scale = rng.normal(size=(2, n)) * spread.T[:2]
         shift = rng.normal(size=(n, 2)) * spread[:, 2:]
@@ -230,7 +228,7 @@ class Cropper:
         return _Placed(rotation, sign, tilt, centre), target
 
     def _source(self, index: np.ndarray, placed: _Placed) -> np.ndarray:
-        """Where in the pictures the coarse grids of crops lie, (N, K, 2) px."""
+        """Where the coarse grids of the crops lie in the pictures, (N, K, 2) px."""
         faces, spec = self.faces, self.spec
         rotation, sign, tilt, centre = placed
         grids = faces.depth[index]
@@ -242,7 +240,7 @@ class Cropper:
         straight = np.linalg.inv(rotation[:, :2, :2]).transpose(0, 2, 1)
         away = rotation[:, None, :2, 2]  # how depth moves a point
         here = goal @ straight
-        # fixed-point iteration for the position before the turn
+        # fixed-point iteration for the position before the head was turned
         for _ in range(4 if self.augment else 0):
             z = look_up(grids, here + PIVOT)[..., None]
             here = (goal - z * away) @ straight
@@ -252,7 +250,7 @@ class Cropper:
         return source
 
     def lip_mask(self, face: int, source: np.ndarray, at: np.ndarray) -> np.ndarray:
-        """(H, W, 4) as in Batch. Without a good mask, only surely bare places are known."""
+        """(H, W, 4) as in Batch. Without a good mask, only the places of sure_places are known."""
         w, h = self.spec.size_wh
         if face not in self.faces.masks:
             return sure_places(at, (w, h), w / self.spec.span)
@@ -265,7 +263,7 @@ class Cropper:
         return np.dstack([drawn, np.full((h, w), 255, np.uint8)])
 
     def crop(self, face: int, source: np.ndarray) -> np.ndarray:
-        """One crop. source: (K, 2), the coarse grid of its px in the picture."""
+        """One crop. source: (K, 2), where its coarse grid lies in the picture, px."""
         w, h = self.spec.size_wh
         step = np.hypot(*(source[1] - source[0])) / 8  # source px per crop px
         levels = self.faces.pictures[face]
@@ -350,7 +348,7 @@ class Cropper:
 
 
 def mirrored_subset(points: np.ndarray, mirror: np.ndarray) -> np.ndarray | None:
-    """Index of each point's mirror image in the same list; None if it is not in the list."""
+    """Index of each point's mirror image in the same list; None if one is not in the list."""
     order = {int(point): at for at, point in enumerate(points)}
     found = [order.get(int(mirror[point])) for point in points]
     return None if None in found else np.array(found)

@@ -13,7 +13,7 @@ FACE_CENTRE = np.array([0.0, 0.42])  # IOD from the midpoint of the eyes; y is d
 IOD_RANGE = (4.5, 150.0)  # px in the scene; a face is about twice as wide
 CROWD_IOD = (4.5, 12.0)  # px
 NOSE_TIP = 1  # of the 478 points
-KINDS = {  # kinds of scenes, and how often
+KINDS = {  # kinds of scenes, and how often each is drawn
     "whole": 0.34,  # one whole picture
     "close": 0.18,  # one face that fills the scene, or is cut off by its border
     "mixed": 0.24,  # faces of any size pasted anywhere
@@ -51,7 +51,7 @@ class Scenes:
     def __init__(self, faces: Faces, seed: int) -> None:
         self.faces, self.rng = faces, np.random.default_rng(seed)
         share = {"portraits": 0.2, "wild": 0.5, "talking": 0.15, "covered": 0.15}
-        turned = np.abs(faces.points[:, NOSE_TIP, 0]).clip(0, 0.3)  # IOD; 0 from the front
+        turned = np.abs(faces.points[:, NOSE_TIP, 0]).clip(0, 0.3)  # IOD; 0 seen from the front
         p = faces.sampling(share) * (1 + 6 * turned)
         self.cumulative = np.cumsum(p / p.sum())
         self.backdrops = backdrops()
@@ -128,12 +128,15 @@ class Scenes:
         return max(strips, key=lambda strip: min(strip.shape[:2]))
 
     def _fill(self, scene: np.ndarray, close: bool) -> np.ndarray:
-        """Lay one whole picture over the scene: about unchanged, or with a large face."""
+        """Lay one whole picture over the scene, about as large as the scene.
+
+        close: the face is large, and the border may cut it off.
+        """
         rng, face = self.rng, self._face()
         h, w = scene.shape[:2]
         if close:
             wanted = np.exp(rng.uniform(np.log(50), np.log(IOD_RANGE[1])))
-            cut = rng.random() < 0.5  # anywhere: cut off by the border, half of the face at most
+            cut = rng.random() < 0.5  # anywhere: the border cuts off half of the face at most
             centre = rng.uniform(0.02, 0.98, 2) if cut else 0.5 + rng.normal(size=2) * 0.1
         else:
             unit = np.linalg.norm(self.faces.poses[face][:, 0])
@@ -201,7 +204,7 @@ class Scenes:
         return np.array([*centre, wanted, angle])
 
     def _reduced(self, face: int, wanted: float) -> tuple[np.ndarray, np.ndarray]:
-        """The picture, halved while its IOD stays over `wanted` px, and the pose in it."""
+        """The picture, halved as long as its IOD stays over `wanted` px, and the pose in it."""
         levels, pose = self.faces.pictures[face], self.faces.poses[face].astype(float)
         unit, level = np.linalg.norm(pose[:, 0]), 0
         while level + 1 < len(levels) and unit / 2 ** (level + 1) > wanted:

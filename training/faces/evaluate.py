@@ -30,8 +30,8 @@ from makeup_video.training.faces.contour import fill
 from makeup_video.training.faces.topology68 import EYES_68, MOUTH_68, POINTS_68
 from makeup_video.training.inputs import existing
 
-CHEEKS = [50, 280, 101, 330]  # points of both cheeks, where hardly anything hides them
-MUCH = 0.25  # of a mouth's interior: where more is painted, the mouth is counted
+CHEEKS = [50, 280, 101, 330]  # points of both cheeks that are hardly ever hidden
+MUCH = 0.25  # share of a mouth's interior; mouths with more of it painted are counted
 SAMPLE = Path(__file__).resolve().parents[2] / "samples" / "portrait.jpg"
 NOISE_SIGMA, STILL_FRAMES = 4.0, 90  # code values; frames
 
@@ -138,7 +138,7 @@ def measure_masks(folder: Path, nets: FaceNets) -> None:
 
 
 def measure_stillness(nets: FaceNets) -> None:
-    """Measures the jitter of a still face at 720p under noise, and the cost of following it."""
+    """Measures the jitter of a still face at 720p under noise, and the cost of following a face."""
     portrait = cv2.resize(cv2.imread(str(SAMPLE)), (512, 600), interpolation=cv2.INTER_AREA)
     ground = np.full((720, 1280, 3), 110, np.uint8)
     ground[60:660, 384:896] = portrait

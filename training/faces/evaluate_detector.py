@@ -2,7 +2,7 @@
 
     python -m makeup_video.training.faces.evaluate_detector --weights runs/detector.pt
 
-Weights are checkpoints, or nets as ONNX.
+--weights takes checkpoints and exported nets (.onnx).
 
 "plain" and "turned" are unchanged pictures. The other scenes are drawn as in training, but with
 other faces and another seed. A face counts as found within half an inter-ocular distance of its
@@ -39,11 +39,11 @@ class Trials(Scenes):
     """Draws scenes, each with one kind of difficulty."""
 
     def close(self) -> Drawn:
-        """One face, IOD 80 to 150 px, inside the picture."""
+        """One face, IOD 80 to 150 px, near the middle of the picture."""
         return self._one(self.rng.uniform(80, 150), self.rng.uniform(0.35, 0.65, 2))
 
     def cut(self) -> Drawn:
-        """One face, IOD 50 to 130 px, centre within 8 % of a border: half of it is cut off."""
+        """One face, IOD 50 to 130 px, centre within 8 % of a border: about half is cut off."""
         centre = self.rng.uniform(0.2, 0.8, 2)
         centre[self.rng.integers(2)] = self.rng.choice([self.rng.uniform(0.01, 0.08), 0.95])
         return self._one(self.rng.uniform(50, 130), centre)
@@ -96,7 +96,7 @@ class Trials(Scenes):
 
 
 def pictures(faces: Faces, chosen: np.ndarray) -> Iterator[Drawn]:
-    """The unchanged pictures, letterboxed."""
+    """The chosen faces' pictures, letterboxed but otherwise unchanged."""
     for index in np.flatnonzero(chosen):
         square, scale = letterbox(faces.pictures[index][0])
         pose = faces.poses[index].astype(float)
@@ -106,7 +106,7 @@ def pictures(faces: Faces, chosen: np.ndarray) -> Iterator[Drawn]:
 
 
 def read(poses: list[np.ndarray]) -> np.ndarray:
-    """Poses (2, 3) -> (F, 4) as of Scenes: centre x, y, IOD px, turn."""
+    """Poses (2, 3) -> (F, 4) as in Scenes: centre x, y, IOD px, turn."""
     rows = [[*(f @ [*FACE_CENTRE, 1]), np.hypot(*f[:, 0]), np.arctan2(f[1, 0], f[0, 0])]
             for f in poses]  # fmt: skip
     return np.array(rows).reshape(-1, 4)

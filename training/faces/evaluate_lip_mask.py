@@ -3,8 +3,8 @@
     python -m makeup_video.training.faces.evaluate_lip_mask \\
         --weights runs/lips.pt --masks runs/lipmasks.npz
 
-Offsets of borders are in % of IOD, positive where too much is painted. Of a mouth that was outlined
-twice the first outline counts.
+Offsets of borders are in % of IOD, positive where too much is painted. If a mouth was outlined
+twice, the first outline counts.
 """
 
 import argparse
@@ -40,7 +40,7 @@ def overlap(painted: np.ndarray, mouth: Mouth) -> tuple[float, float]:
 
 
 def edges(mask: np.ndarray) -> np.ndarray:
-    """(2, W) first and last row that is set in each column; nan where none is."""
+    """(2, W): the first and the last row that is set in each column; nan where none is."""
     found = np.stack([mask.argmax(0), len(mask) - 1 - mask[::-1].argmax(0)]).astype(float)
     return np.where(mask.any(0), found, np.nan)
 
@@ -68,7 +68,7 @@ def offsets(painted: np.ndarray, mouth: Mouth) -> np.ndarray:
 
 
 def magnify(values: np.ndarray, placed: np.ndarray, spec: CropSpec) -> np.ndarray:
-    """The values of a crop on the (360, 500) grid.
+    """The values of a crop, resampled to the (360, 500) grid.
 
     placed: (2, 3), IOD of the crop -> IOD of the grid.
     """
@@ -138,7 +138,7 @@ def mean_of(values: np.ndarray) -> float:
 
 
 def held_out(mouths: list[Mouth], data: Path) -> list[Mouth]:
-    """The mouths of faces that are not trained on, each once."""
+    """The mouths of faces that no net trained on, each once."""
     with np.load(data) as packed:
         of = {name: packed[f"{name}_validation"] for name in {mouth.folder for mouth in mouths}}
     first = {(mouth.folder, mouth.index): mouth for mouth in reversed(mouths)}

@@ -1,9 +1,9 @@
-"""Evaluates lips as they are painted on photos whose lips and mouth interiors are outlined.
+"""Evaluates how lips are painted on photos in which lips and mouth interiors are outlined.
 
     python -m makeup_video.training.faces.evaluate_painted_lips --masks DIR [DIR ...]
 
 A folder holds photos (.jpg), each with labels of the same size (.png): 1 lips, 2 the mouth's
-interior. All starts from the whole picture with the product's own detector, and ends with the
+interior. The product's own detector finds the face in the whole picture. What is measured is the
 weight of lipstick that the renderer would paint. A face that is not found counts as unpainted.
 """
 
@@ -21,19 +21,19 @@ from makeup_video.training.faces.evaluate import iou_of, read_rgb
 from makeup_video.training.inputs import existing
 
 LIPS, INTERIOR = 1, 2
-OPEN = 0.01  # of the lips' area: a mouth with a larger interior counts as open
-BESIDE = 0.04  # IOD: the lips beside the opening
-CORNERS = 0.75  # of the way from the middle of the mouth: from there on are its corners
-USUAL_IOD = 0.25  # of the picture's width, where no face is found
+OPEN = 0.01  # share of the lips' area; a mouth with a larger interior counts as open
+BESIDE = 0.04  # IOD; lips nearer to the opening than this are beside it
+CORNERS = 0.75  # share of the way from the mouth's middle to its end, where its corner begins
+USUAL_IOD = 0.25  # share of the picture's width that is taken for the IOD if no face is found
 
 
 class Painted(NamedTuple):
-    """How one mouth is painted; nan for what a shut mouth has not.
+    """How one mouth is painted; nan for numbers that a shut mouth does not have.
 
-    iou: with the lips.  corners: the same where the corners of the mouth are.
+    iou: of paint and lips.  corners: the same, at the corners of the mouth alone.
     beside: the painted share of the lips beside the opening.
-    missed: lips nearer to the opening than to the skin that are not painted, of all lips.
-    interior, outside: painted interior and painted skin, in areas of the lips.
+    missed: unpainted lips that are nearer to the opening than to the skin, as a share of all lips.
+    interior, outside: painted interior and painted skin, as shares of the lips' area.
     """
 
     iou: float
@@ -49,7 +49,7 @@ def is_open(labels: np.ndarray) -> bool:
 
 
 def painted_lips(face: Face | None, shape: tuple[int, int]) -> np.ndarray:
-    """(H, W) bool: where a dark product without softness covers at least half of a pixel."""
+    """(H, W) bool: where lipstick with a hard edge covers more than half of a pixel."""
     weight = np.zeros(shape, np.float32)
     surface = lips_surface(face) if face is not None else None
     if surface is not None:
@@ -58,7 +58,7 @@ def painted_lips(face: Face | None, shape: tuple[int, int]) -> np.ndarray:
 
 
 def score(painted: np.ndarray, labels: np.ndarray, iod: float) -> Painted:
-    """painted: (H, W) bool. labels: (H, W) uint8, see above. iod: px."""
+    """painted: (H, W) bool. labels: (H, W) uint8 of LIPS, INTERIOR and 0. iod: px."""
     lips, interior = labels == LIPS, labels == INTERIOR
     area = max(int(lips.sum()), 1)
     columns = np.flatnonzero((lips | interior).any(0))

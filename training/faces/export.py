@@ -1,9 +1,9 @@
-"""Writes the nets as ONNX, compares them with PyTorch, and lists hashes.
+"""Writes the nets as ONNX, compares them with PyTorch, and lists their hashes.
 
     python -m makeup_video.training.faces.export --checkpoints runs --out pipeline/weights
 
-Every net takes uint8 RGB crops (N, H, W, 3). The quantised net of train_quantised.py is
-written if it exists: NET_int8.pt beside NET.pt.
+Every net takes uint8 RGB crops (N, H, W, 3). If train_quantised.py has written NET_int8.pt beside
+NET.pt, that quantised net is exported instead.
 """
 
 import argparse
@@ -27,8 +27,8 @@ from torch import Tensor, nn
 
 # Weights are stored as float16: the outputs change by a tenth of a pixel of the crop at most.
 TOLERANCE = 2e-3
-# A sum half-way between two integers may be rounded either way, and the outputs then differ by as
-# much as rounding changes them: on average by less than this share of the largest value.
+# A sum half-way between two integers may be rounded either way. The outputs then differ by as much
+# as rounding changes them: on average by less than this share of the largest value.
 INTEGERS_TOLERANCE = 1e-2
 OUTPUTS = {
     "mesh": ["points", "scores"],
@@ -94,7 +94,7 @@ def load_rounded(source: Path, integers: Path) -> nn.Module:
 
 
 def quantised(source: Path) -> Path | None:
-    """The file of the quantised net beside a checkpoint, if there is one; stop when it is older."""
+    """The file of the quantised net beside a checkpoint, if any; stop if it is older than that."""
     integers = source.with_name(f"{source.stem}_int8.pt")
     if not source.exists() or not integers.exists():
         return None
@@ -107,7 +107,7 @@ def quantised(source: Path) -> Path | None:
 
 
 def folded(net: nn.Module) -> nn.Module:
-    """The same net, in place, with plain convolutions alone, which from_onnx.py can read."""
+    """The same net, changed in place to plain convolutions alone, which from_onnx.py can read."""
     if isinstance(net, LipNet):
         net.paint[0] = net.paint[0].as_conv()
     return net
@@ -135,10 +135,10 @@ def to_onnx(
     in_integers: bool = False,
     kept: tuple[str, ...] = (),
 ) -> None:
-    """Write a module that takes uint8 crops; stop when ONNX Runtime's outputs differ, and leave
-    the file as it was.
+    """Write a module that takes uint8 crops. If ONNX Runtime's outputs differ, stop and leave the
+    file as it was.
 
-    kept: parts of its net that stay float when the rest becomes integers.
+    kept: parts of the module's net that stay float when the rest becomes integers.
     """
     target, path = path, path.with_name(f"{path.stem}.part.onnx")
     module.eval()
@@ -164,7 +164,7 @@ def to_onnx(
 
 
 def fuse(path: Path) -> None:
-    """Apply the fusions that ONNX Runtime would apply at every start: half of its loading time.
+    """Apply the fusions on which ONNX Runtime would spend half of its loading time at every start.
 
     The level is extended: fusions that depend on the processor are left for the start.
     """

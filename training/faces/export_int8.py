@@ -1,8 +1,8 @@
 """Writes a rounded net as ONNX in integers for ONNX Runtime: QDQ, int8 weights, int32 sums.
 
-Its outputs are those of the rounded net, but its layout is faster: the runtime gathers the integers
-of a convolution pixel by pixel, in pieces of 16 bytes at best, so few pixels of many channels are
-much cheaper than many pixels of few channels.
+The written net has the outputs of the rounded net, but a faster layout. The runtime gathers the
+integers of a convolution pixel by pixel, in pieces of 16 bytes at best, so few pixels of many
+channels are much cheaper than many pixels of few channels.
 """
 
 from pathlib import Path
@@ -36,7 +36,7 @@ class PlainConv(nn.Module):
     """A convolution whose weights already are multiples of their steps."""
 
     def __init__(self, conv: RoundedConv, outputs: int) -> None:
-        """outputs: further ones are 0. Inputs are padded with 0 up to a PIECE, too."""
+        """outputs: their number; added ones are 0. Inputs, but for R, G, B, are padded to PIECE."""
         super().__init__()
         weight, bias = conv.rounded().detach(), conv.bias.detach()
         rows, inputs, *size = weight.shape
@@ -78,7 +78,7 @@ class FirstConv(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         x = F.conv2d(F.pad(x, (1, 0, 1, 0)), self.weight, self.bias, (2, 1))
-        # Rounding again changes no value, but marks these as integers for the runtime.
+        # Rounding again changes no value, but marks the values as integers for the runtime.
         return self.round(unpack(self.round(torch.relu(x)), SPAN // 2))
 
 
@@ -149,7 +149,7 @@ class _Graph:
 def to_integers(path: Path, kept: tuple[str, ...] = ()) -> None:
     """Changes an exported file of Integers: its weights and its input become integers.
 
-    kept: parts of its net that stay float.
+    kept: parts of the net that stay float.
     """
     model = onnx.load(path)
     graph = _Graph(model)
@@ -174,7 +174,7 @@ def to_integers(path: Path, kept: tuple[str, ...] = ()) -> None:
 
 
 def _reshape_any(graph: _Graph, node: onnx.NodeProto) -> None:
-    """Lets the graph take any number of crops, and any size where px are packed."""
+    """Lets the graph take any number of crops, and crops of any size where px are packed."""
     shape = graph.values[node.input[1]].copy()
     if len(shape) == 4:
         shape[:3] = 0, 0, -1  # 0: unchanged
@@ -184,7 +184,7 @@ def _reshape_any(graph: _Graph, node: onnx.NodeProto) -> None:
 
 
 def _read_codes(graph: _Graph) -> None:
-    """Replaces Cast, Sub and Mul of the input by integers with a scale and a zero point."""
+    """Replaces the input's Cast, Sub and Mul by integers with a scale and a zero point."""
     cast = next(node for node in graph.graph.node if node.op_type == "Cast")
     sub = next(node for node in graph.graph.node if cast.output[0] in node.input)
     mul = next(node for node in graph.graph.node if sub.output[0] in node.input)
@@ -203,7 +203,7 @@ def _take_pad_in(graph: _Graph, conv: onnx.NodeProto) -> None:
 
 
 def _round_flat(graph: _Graph, gemm: onnx.NodeProto) -> None:
-    """Marks the values as integers again after Flatten, else the product is computed in float."""
+    """Marks values as integers again after Flatten. Otherwise the product would run in float."""
     flat = graph.maker[gemm.input[0]]
     how = graph.maker[flat.input[0]].input[1:]
     codes, read = f"{flat.name}_codes", f"{flat.name}_read"
@@ -213,7 +213,7 @@ def _round_flat(graph: _Graph, gemm: onnx.NodeProto) -> None:
 
 
 def _write_weights(graph: _Graph, node: onnx.NodeProto) -> None:
-    """Writes weights (O, ...) as int8, one step for each output, the bias in steps of the sums."""
+    """Writes int8 weights (O, ...), one step for each output, and the bias in steps of the sums."""
     weight, bias = (graph.values[name] for name in node.input[1:])
     step = (np.abs(weight).reshape(len(weight), -1).max(1) / WEIGHT_STEPS).astype(np.float32)
     step[step == 0] = 1

@@ -21,11 +21,12 @@ KEPT = {"mesh": ("stages.4", "points"), "lips": ("paint.0",)}
 class Round(nn.Module):
     """Rounds an activation to one of 256 values.
 
-    Until `settle` it observes the range of the values; from then on it rounds, and learns the step.
+    Until `settle` is called, the module observes the range of the values. From then on it rounds
+    them, and learns the step.
     """
 
     def __init__(self, signed: bool) -> None:
-        """signed: values may be negative; else they come from a ReLU."""
+        """signed: values may be negative; otherwise they come from a ReLU."""
         super().__init__()
         self.signed, self.observing = signed, True
         self.beyond = 0.0  # share of values that may lie beyond the range, at either end
@@ -35,14 +36,14 @@ class Round(nn.Module):
         self.register_buffer("highest", torch.zeros(1))
 
     def settle(self) -> None:
-        """Begin to round, between the lowest and the highest value observed."""
+        """Begin to round between the lowest and the highest value observed."""
         self.observing = False
         with torch.no_grad():
             self.scale.copy_(((self.highest - self.lowest) / STEPS).clamp(min=1e-6))
             self.zero.copy_((-self.lowest / self.scale).round())
 
     def set_range(self, lowest: Tensor, highest: Tensor) -> None:
-        """Round between these; 0 stays one of the values."""
+        """Round between these two values; 0 stays one of the rounded values."""
         self.lowest.copy_(lowest)
         self.highest.copy_(highest)
         self.settle()
@@ -81,7 +82,7 @@ class RoundedWeights(nn.Module):
 
 
 class RoundedConv(RoundedWeights):
-    """A convolution with its batch norm folded in, and a ReLU after it if asked for."""
+    """A convolution with its batch norm folded in, followed by a ReLU if `relu`."""
 
     def __init__(self, conv: nn.Conv2d, norm: nn.BatchNorm2d | None, relu: bool) -> None:
         weight, bias = conv.weight.detach(), conv.bias
@@ -127,8 +128,8 @@ class RoundedJoin(nn.Module):
 def rounded(net: nn.Module, kept: tuple[str, ...] = ()) -> nn.Module:
     """Rounds a trained net in place, except for the parts `kept`.
 
-    Its input is then (x - 128) / 127.5, where x is a code value. 128 rather than 127.5, because the
-    padding beyond a crop's border must be an integer, too.
+    The net's input is then (x - 128) / 127.5, where x is a code value. The offset is 128 rather
+    than 127.5, because the padding beyond a crop's border must be an integer, too.
     """
     whole = {net.get_submodule(name) for name in kept}
     net = _rounded_parts(net.eval(), whole)

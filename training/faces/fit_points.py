@@ -4,7 +4,7 @@
 
 Only the layer of the shape's coefficients changes: its outputs go through the affine map that
 brings the points nearest to those of training crops. Features, and so masks, stay as they are.
-Trained on instead, with everything else frozen, that layer is no nearer.
+Further training of that layer, with everything else frozen, brings the points no nearer.
 """
 
 import argparse
@@ -19,10 +19,10 @@ from makeup_video.training.inputs import existing, made_by
 from torch import Tensor
 
 BATCH = 128
-RIDGE = 0.05  # of the mean square of each coefficient, towards coefficients that stay
-ROUNDS = 6  # of the fit, in which crops count less the further off they are
-HIDDEN = 0.5  # mean weight of a crop's points below which it does not count: most are hidden
-DEPTH = 0.3  # how much an error of depth counts, of one in the picture
+RIDGE = 0.05  # share of each coefficient's mean square; pulls towards unchanged coefficients
+ROUNDS = 6  # of the fit; in each, a crop counts less the further off its points are
+HIDDEN = 0.5  # a crop whose points have a lower mean weight does not count: most are hidden
+DEPTH = 0.3  # weight of an error in depth, against one in the picture
 _LAYER = "points.coefficients"
 
 
@@ -32,7 +32,7 @@ def shapes_of(
     """The coefficients that a net reads in crops, and those that come nearest to the true points,
     (N, C) float64 each.
 
-    worth: (K,), how much each point counts.
+    worth: (K,), the weight of each point.
     """
     counts = (worth.double().sqrt()[:, None] * torch.tensor([1, 1, DEPTH])).flatten().double()
     mean, basis = net.points.mean.detach().double(), net.points.basis.detach().double()
@@ -53,9 +53,9 @@ def shapes_of(
 
 
 def affine_of(read: Tensor, true: Tensor, basis: Tensor) -> tuple[Tensor, Tensor]:
-    """(C, C) and (C,): coefficients @ matrix + shift come nearest to the true ones.
+    """The matrix (C, C) and shift (C,) with which `read @ matrix + shift` comes nearest to `true`.
 
-    basis: (C, 3 K), what a coefficient moves.
+    basis: (C, 3 K), how each coefficient moves the points.
     """
     count = read.shape[1]
     given = torch.cat([read, torch.ones(len(read), 1, dtype=read.dtype)], 1)

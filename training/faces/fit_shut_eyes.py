@@ -2,9 +2,9 @@
 
     python -m makeup_video.training.faces.fit_shut_eyes --faces DIR --out pipeline/weights
 
-DIR has folders of pictures. shut_eyes.csv, labelled by eye, names a folder, a picture and an eye of
-its largest face (0 the left one in the picture, 1 the right one), and whether it is shut (1) or
-open by a slit at least (0).
+DIR has folders of pictures. Each row of shut_eyes.csv names a folder, a picture and an eye of its
+largest face (0 the left one in the picture, 1 the right one). People labelled whether that eye is
+shut (1) or open at least by a slit (0).
 """
 
 import argparse
@@ -31,7 +31,7 @@ FOLDS = 5
 
 
 def eyes_of(nets: FaceNets, rgb8: np.ndarray) -> np.ndarray | None:
-    """(2, NUMBERS) of both eyes of the largest face; None without a face."""
+    """(2, N) the numbers of both eyes of the largest face; None without a face."""
     faces = find_faces(rgb8)
     if not faces:
         return None

@@ -4,8 +4,8 @@
         --out runs/lips_first.pt
 
 The shipped file holds convolutions with their normalisation folded in. The normalisation is put
-back with the mean and the variance that the convolutions have on training crops. Of a net in
-integers the weights come back as they were rounded, with 7 bits.
+back with the mean and the variance that the convolutions' outputs have on training crops. The
+weights of an integer net come back as they were rounded, with 7 bits.
 """
 
 import argparse
@@ -25,7 +25,7 @@ from makeup_video.training.inputs import existing, made_by
 from onnx import numpy_helper
 from torch import Tensor, nn
 
-CROPS, SCENES = 512, 64  # from which means and variances are computed
+CROPS, SCENES = 512, 64  # numbers of pictures from which means and variances are computed
 
 
 class Layer(NamedTuple):
@@ -42,7 +42,7 @@ def plain(name: str) -> str:
 
 
 def layers(path: Path) -> list[Layer]:
-    """In the order in which they run; integers as the numbers that they stand for."""
+    """The layers of a file in the order in which they run; integers as the numbers they mean."""
     graph = onnx.load(path).graph
     values = {plain(t.name): numpy_helper.to_array(t) for t in graph.initializer}
     found = []
@@ -68,7 +68,7 @@ def unpacked(layer: Layer) -> Layer:
     packed = layer.weight[:count].unflatten(1, (SPAN, 3))  # O, px in, C, y, block
     places = [divmod(x - 1 + SPAN, SPAN) for x in range(3)]
     weight = torch.stack([packed[:, px, :, :, block] for block, px in places], -1)
-    # That layout takes 128 for the middle of the codes.
+    # That layout takes 128, not 127.5, for the middle of the codes.
     bias = layer.bias[:count] - weight.sum((1, 2, 3)) * (0.5 / 127.5)
     return Layer(layer.node, weight, bias)
 
@@ -85,7 +85,7 @@ def other_weights(path: Path, net: nn.Module) -> dict[str, Tensor]:
     """The parameters that the file keeps under the names of the net itself, and the mean points."""
     graph, state, found = onnx.load(path).graph, net.state_dict(), {}
     heads = (node for node in graph.node if node.output[0].endswith("points/Gemm_output_0"))
-    means = [plain(head.input[2]) for head in heads]  # laid flat, under a number; of no detector
+    means = [plain(head.input[2]) for head in heads]  # flat, named by a number; none of a detector
     for tensor in graph.initializer:
         name = plain(tensor.name)
         name = "points.mean" if name in means else name.removeprefix("net.")
@@ -95,7 +95,7 @@ def other_weights(path: Path, net: nn.Module) -> dict[str, Tensor]:
     for node, weight, bias in layers(path):
         name = ".".join(node.split("/")[2:-1])
         if f"{name}.weight" in state:
-            rows, inputs = state[f"{name}.weight"].shape[:2]  # integers have further ones, all 0
+            rows, inputs = state[f"{name}.weight"].shape[:2]  # integer nets have more, which are 0
             if isinstance(net.get_submodule(name), PaintCells):
                 weight = weight_of_px(weight)
             found |= {f"{name}.weight": weight[:rows, :inputs], f"{name}.bias": bias[:rows]}
@@ -104,7 +104,7 @@ def other_weights(path: Path, net: nn.Module) -> dict[str, Tensor]:
 
 @torch.no_grad()
 def restore(net: nn.Module, path: Path, crops: Tensor) -> None:
-    """Fill the net, in place, so that it computes what the file does, in training as well."""
+    """Fill the net, in place, so that it computes what the file does, even in training mode."""
     net.load_state_dict(other_weights(path, net), strict=False)
     restore_convs(net, Conv, folded_weights(path), crops)
 
@@ -115,8 +115,8 @@ def restore_convs(
 ) -> None:
     """Fill the convolutions of a net and their normalisations, in place.
 
-    kind: of the modules that begin with a convolution and its normalisation.  weights: of the
-    convolutions with the normalisation folded in, in the order in which they run.
+    kind: the class of the modules that begin with a convolution and its normalisation.  weights:
+    the convolutions with the normalisation folded in, in the order in which they run.
     """
     convs = [part for part in net.modules() if isinstance(part, kind)]
     seen: list[nn.Sequential] = []

@@ -18,7 +18,10 @@ def crop_to_px(pose: np.ndarray, centre: np.ndarray) -> np.ndarray:
 
 
 def take(rgb8: np.ndarray, to_image: np.ndarray, spec: CropSpec, flip: bool = False) -> np.ndarray:
-    """The crop under a map from IOD to image px, averaged where the crop shrinks the image."""
+    """The crop under a map from IOD to image px, averaged where the crop shrinks the image.
+
+    flip: mirror the crop.
+    """
     w, h = spec.size_wh
     unit = spec.span / w  # IOD per crop px
     side = np.diag([-unit if flip else unit, unit])
@@ -35,7 +38,7 @@ def take(rgb8: np.ndarray, to_image: np.ndarray, spec: CropSpec, flip: bool = Fa
 
 
 def from_onnx(path: Path, threads: int = 1) -> Net:
-    """Loads an exported net, on so many threads."""
+    """Loads an exported net, which runs on the given number of threads."""
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
@@ -43,7 +46,7 @@ def from_onnx(path: Path, threads: int = 1) -> Net:
 
 
 def place(points: np.ndarray, to_image: np.ndarray) -> np.ndarray:
-    """Points (K, 3) of a net in IOD -> image px."""
+    """Points (K, 3) in IOD from a net -> image px."""
     xy = points[:, :2] @ to_image[:, :2].T + to_image[:, 2]
     scale = np.sqrt(np.linalg.det(to_image[:, :2]))
     return np.column_stack([xy, points[:, 2] * scale]).astype(np.float32)

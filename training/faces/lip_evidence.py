@@ -1,4 +1,7 @@
-"""Features of lipstick at a pixel: the teacher's contours, the face's own colours, a net."""
+"""Features that tell whether a pixel is lip: the teacher's contours, the face's colours, a net.
+
+The teacher is MediaPipe, whose points label the training faces.
+"""
 
 import cv2
 import numpy as np
@@ -10,7 +13,7 @@ from makeup_video.training.faces.infer import Net, take
 MASK_SPEC = CropSpec((192, 144), MASK_SPAN, LIPS, LIPS)
 IOD = MASK_SPEC.size_wh[0] / MASK_SPEC.span  # px of the mask crop
 TRIALS = 8  # crops of each mouth for a net
-UNSURE = 6.0  # logits are clipped here: beyond, they mean the same
+UNSURE = 6.0  # logits are clipped to this: larger ones mean the same
 
 
 def to_mask_px(points: np.ndarray, to_image: np.ndarray) -> np.ndarray:
@@ -101,7 +104,7 @@ def colours(lab: np.ndarray, outer: np.ndarray, inner: np.ndarray,
     found = separate(lab, lip, opening) if opening.sum() > 60 else None
     against_opening = nothing if found is None else found.clip(-6, 6)
     parts = [against_skin, against_opening]
-    for place in (lip, skin):  # and the plain difference from lips and from skin
+    for place in (lip, skin):  # add the plain differences from lips and from skin
         usual = np.median(lab[place], 0) if place.sum() > 30 else np.median(lab, (0, 1))
         parts += list(np.moveaxis((lab - usual) / [12, 6, 6], -1, 0).clip(-4, 4))
     return parts

@@ -1,8 +1,8 @@
 """The labeller of lip masks: a small U-Net that sees a mouth and the evidence of lip_evidence.py.
 
-It is fitted to the mouths outlined by hand. Unlike the net of the product it may be slow, sees more
-than the picture, and need not withstand bad light: it only carries the outlines over to other faces
-of the training pictures.
+The labeller is fitted to the mouths outlined by hand. Unlike the product's net it may be slow, sees
+more than the picture, and need not withstand bad light: it only carries the outlines over to other
+faces of the training pictures.
 """
 
 from typing import NamedTuple
@@ -19,24 +19,24 @@ WINDOW = np.s_[16:128, 24:168]  # rows and columns of a mask crop that the net s
 CHANNELS = 32
 EPOCHS, BATCH, RATE, WARM_UP = 36, 16, 3e-3, 50
 AVERAGE = 0.99  # of the weights, per step
-COVERED = 0.1  # share of a px from which on a hand or hair hides it
+COVERED = 0.1  # a px counts as hidden if a hand or hair covers at least this share of it
 # Augmentation, one sigma: log gain of all colours and of each; noise of a whole feature and of its
-# px, in deviations; log scale, turn (radians) and shift (of half the window). How often a feature
-# is left out.
+# px, in deviations; log scale, turn (radians) and shift (in half windows). The last number is how
+# often a feature is left out.
 GAINS, NOISE, MOVED, LEFT_OUT = (0.2, 0.06), (0.15, 0.1), (0.1, 0.12, 0.06), 0.08
 
 
 class Labels(NamedTuple):
-    """What mouths are fitted to: mouth, opening and teeth (N, 3, H, W), as of Mouth.shares, and
-    whether they are known (N, H, W)."""
+    """The targets of mouths: mouth, opening and teeth (N, 3, H, W), as in Mouth.shares, and whether
+    they are known (N, H, W)."""
 
     shares: Tensor
     known: Tensor
 
 
 class Labeller(nn.Module):
-    """RGB and features (N, 3 + F, 112, 144) -> log-odds (N, 3, 112, 144): the whole mouth, the
-    opening, and in the opening teeth."""
+    """RGB and features (N, 3 + F, 112, 144) -> log-odds (N, 3, 112, 144) of the whole mouth, of the
+    opening, and of teeth in the opening."""
 
     def __init__(self, inputs: int) -> None:
         super().__init__()
@@ -52,7 +52,7 @@ class Labeller(nn.Module):
         self.head = nn.Sequential(nn.Conv2d(one, 12, 1), nn.PixelShuffle(2))
 
     def scale(self, inputs: Tensor) -> None:
-        """Take the means and the deviations of features from all inputs (N, 3 + F, H, W)."""
+        """Set the means and the deviations of the features from all inputs (N, 3 + F, H, W)."""
         self.mean[3:, 0, 0] = inputs[:, 3:].mean((0, 2, 3))
         self.deviation[3:, 0, 0] = inputs[:, 3:].std((0, 2, 3)) + 1e-3
 
@@ -71,12 +71,12 @@ def to_input(features: np.ndarray, crop: np.ndarray) -> np.ndarray:
 
 
 def to_labels(shares: np.ndarray, covered: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mouth.shares (144, 192, 3) and Mouth.covered (144, 192) -> as Labels, of one mouth."""
+    """Mouth.shares (144, 192, 3) and Mouth.covered (144, 192) -> as in Labels, for one mouth."""
     return shares[WINDOW].transpose(2, 0, 1), (covered[WINDOW] < COVERED).astype(np.float32)
 
 
 def fit(inputs: np.ndarray, labels: Labels, seed: int = 0) -> Labeller:
-    """Fit a labeller to mouths. inputs: (N, 3 + F, 112, 144) float32, as of to_input."""
+    """Fit a labeller to mouths. inputs: (N, 3 + F, 112, 144) float32, made by to_input."""
     torch.manual_seed(seed)
     rng, seen = np.random.default_rng(seed), torch.from_numpy(inputs)
     net = Labeller(seen.shape[1]).to(memory_format=torch.channels_last)

@@ -46,7 +46,7 @@ _loaded = cache(from_onnx)
 def evidence(
     net: Path | None, spec: CropSpec, face: Face, seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Features (144, 192, F) of a face, and the mask crop (144, 192, 3). spec: of the net."""
+    """Features (144, 192, F) of a face, and the mask crop (144, 192, 3). spec: the net's crop."""
     rgb8, points, pose = face
     to_image = mouth_to_px(points, pose)
     average = np.zeros(MASK_SPEC.size_wh[::-1], np.float32)
@@ -63,7 +63,7 @@ def read_faces(data: Path, name: str) -> list[Face]:
 
 
 def outlined(mouths: list[Mouth]) -> dict[Place, tuple[np.ndarray, np.ndarray]]:
-    """The shares (144, 192, 3) and what is covered (144, 192) of each mouth: means of passes."""
+    """The shares (144, 192, 3) and the covered share (144, 192) of each mouth: means of passes."""
     drawn: dict[Place, list[Mouth]] = {}
     for mouth in mouths:
         drawn.setdefault((mouth.folder, mouth.index), []).append(mouth)
@@ -85,7 +85,7 @@ def fitted(
     seen: dict[Place, tuple[np.ndarray, np.ndarray]],
     drawn: dict[Place, tuple[np.ndarray, np.ndarray]],
 ) -> Labeller:
-    """A labeller for the same faces, as `evidence` shows them and as `outlined` has them."""
+    """A labeller fitted to outlined faces.  seen: from `evidence`.  drawn: from `outlined`."""
     inputs = np.stack([to_input(*seen[face]) for face in drawn])
     shares, known = (
         torch.from_numpy(np.stack(part))

@@ -1,9 +1,9 @@
 """Mouths outlined by hand.
 
-lip_contours.json holds for each mouth the folder and the index among its packed faces, and closed
-curves: the outer border of the lips, the opening between them, and what covers them; of most also
-the teeth. The curves are in IOD from the centre of the teacher's lips, along the axes of the face's
-pose. Most mouths were outlined twice, each pass without a look at the other.
+lip_contours.json holds for each mouth its folder, its index among the folder's packed faces, and
+closed curves: the outer border of the lips, the opening between them, whatever covers them, and for
+most mouths the teeth. The curves are in IOD from the centre of MediaPipe's lips, along the axes of
+the face's pose. Most mouths were outlined twice, the second time without sight of the first.
 """
 
 import json
@@ -29,13 +29,13 @@ class Mouth:
     lips: np.ndarray  # (H, W) float32, share of each px that is lip
     interior: np.ndarray  # (H, W) float32, share that shows between the lips
     covered: np.ndarray  # (H, W) float32, share covered by a hand, hair, a microphone
-    # (H, W) float32, of what shows between the lips the share that is teeth; 0.5 where not known
+    # (H, W) float32, the teeth's share of what shows between the lips; 0.5 where unknown
     teeth: np.ndarray
 
     @property
     def shares(self) -> np.ndarray:
-        """(H, W, 3) float32: the shares that are mouth, that show between the lips, and, of the
-        latter, that are teeth."""
+        """(H, W, 3) float32: the shares of the whole mouth and of what shows between the lips, and
+        the teeth's share of the latter."""
         return np.dstack([np.minimum(self.lips + self.interior, 1), self.interior, self.teeth])
 
 

@@ -5,16 +5,16 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-# Log-odds by which a px must lie outside the mouth's opening to be painted: anywhere, and less
-# where the net doubts and the px is neither tooth nor dark beside its surroundings. There bare lip
-# is seen, but a little paint on the opening's side of the border is not.
+# A px of the mouth is painted if its log-odds of lying outside the opening exceed MARGIN.
+# DOUBT_MARGIN is enough for a px that is neither tooth nor darker than its surroundings: there,
+# bare lip would be noticed, but a little paint on the opening's side of the border would not.
 MARGIN, DOUBT_MARGIN = 1.08, -2.4
-TEETH_SURE = 4.0  # log-odds of teeth from which on, either way, one of the margins holds alone
-LIGHT, NEAR_PX = 0.42, 4  # dark: less than this share of the highest brightness so near
-# Log-odds for all the range of brightness. Px of the border mix lip and dark, and are painted in
-# part; with a yes or no, what was left bare of them stood out as a pale line.
+TEETH_SURE = 4.0  # beyond these log-odds of teeth, either way, one of the margins holds alone
+LIGHT, NEAR_PX = 0.42, 4  # dark: below this share of the highest brightness within so many px
+# Log-odds for the whole range of brightness. Px of the border mix lip and dark, so they are painted
+# in part. When they were painted fully or not at all, the bare ones stood out as a pale line.
 FOR_LIGHT = 14.0
-# The net draws the border of the opening softer than it is.
+# The net draws the border of the opening softer than it is, so its log-odds are multiplied by this.
 SHARPER = 3.0
 
 # 3x3 convolutions throughout: per multiplication ONNX Runtime computes them about twice as
@@ -48,7 +48,7 @@ class Join(nn.Module):
     """Adds a coarse level, upsampled by two, to a finer level."""
 
     def __init__(self, mode: str) -> None:
-        """mode: the interpolation, as of nn.Upsample."""
+        """mode: the interpolation, as in nn.Upsample."""
         super().__init__()
         self.up = nn.Upsample(scale_factor=2, mode=mode)
 
@@ -102,16 +102,16 @@ class PointNet(nn.Module):
 
 
 class PaintCells(nn.Conv2d):
-    """A convolution to values of px in cells of 2 x 2 px, each averaged with those beside it in the
-    row, (1 2 1) / 4.
+    """A convolution to the px of cells of 2 x 2 px, each averaged with its neighbours in the row,
+    (1 2 1) / 4.
 
-    The columns of a cell have weights of their own. Where the net is unsure their values differ,
-    and lips would be painted with a comb: every second column would be bare.
+    The two columns of a cell have weights of their own, so their values differ where the net is
+    unsure. Without the average, lips would be painted in a comb, with every second column bare.
     """
 
     def __init__(self, inputs: int, outputs: int) -> None:
         super().__init__(inputs, outputs, 1)
-        shares = torch.zeros(3, outputs, outputs)  # of the cells side by side
+        shares = torch.zeros(3, outputs, outputs)  # of the cells at the left, here, at the right
         for px in range(outputs):
             beside = px ^ 1  # the other column of the cell
             shares[1, px, px], shares[1, px, beside] = 0.5, 0.25
@@ -123,13 +123,13 @@ class PaintCells(nn.Conv2d):
         return nn.functional.conv2d(features, *self._averaged(), padding=(0, 1))
 
     def _averaged(self) -> tuple[Tensor, Tensor]:
-        """The weight (4 V, C, 1, 3) and the bias that this computes with."""
+        """The weight (4 V, C, 1, 3) and the bias of a convolution that includes the average."""
         weight = torch.einsum("kpo,oc->pck", self.shares, self.weight[:, :, 0, 0])[:, :, None]
         return weight, self.shares.sum(0) @ self.bias
 
     @torch.no_grad()
     def as_conv(self) -> nn.Conv2d:
-        """A plain convolution that computes the same, to be exported."""
+        """A plain convolution that computes the same, for export."""
         conv = nn.Conv2d(self.in_channels, self.out_channels, (1, 3), padding=(0, 1))
         for values, averaged in zip((conv.weight, conv.bias), self._averaged(), strict=True):
             values.copy_(averaged)
@@ -186,9 +186,9 @@ class LipNet(PointNet):
 def lipstick_logits(cells: Tensor, crop: Tensor) -> Tensor:
     """Mouth, opening and teeth in cells of 2 x 2 px, and the crop -> log-odds of lipstick.
 
-    (N, 12, H/2, W/2), (N, 3 P, H, W/P) in [-1, 1] -> (N, H, W). P: px side by side that the crop
-    has as one (export_int8.py). A gap of at most 2 NEAR_PX between painted px, such as the line of
-    shut lips, may be dark.
+    (N, 12, H/2, W/2), (N, 3 P, H, W/P) in [-1, 1] -> (N, H, W). P: number of px side by side that
+    the crop holds as one (export_int8.py). A gap of at most 2 NEAR_PX between painted px, such as
+    the line of shut lips, is painted although it is dark.
     """
     mouth, opening, teeth = cells[:, :4], cells[:, 4:8], cells[:, 8:]
     toothed = (teeth / (2 * TEETH_SURE) + 0.5).clamp(0, 1)

@@ -1,8 +1,8 @@
 """Draws things in front of a face, and things that only look like a face.
 
 All are drawn in face units (IOD), with the origin between the eyes, x to the right and y down, so
-that a mask lies over a mouth. Without a face under them, the same hands, ovals and scrambled faces
-are what the detector must not take for a face.
+that a mask lies over a mouth. The same hands, ovals and scrambled faces also occur without a face:
+the detector must not take them for one.
 """
 
 from collections.abc import Callable
@@ -61,7 +61,7 @@ class Canvas:
         cv2.line(self.mask, *ends, 255, width, cv2.LINE_AA, FINE)
 
     def finish(self, texture: np.ndarray | None = None) -> None:
-        """Blend the painting into the scene, often lit unevenly. texture: replaces its colours."""
+        """Blend the painting into the scene, often lit unevenly. texture: colours used instead."""
         h, w = self.mask.shape
         paint = self.paint if texture is None else cv2.resize(texture, (w, h))
         lit = paint * np.sqrt(light(self.rng, w, h)) if self.rng.random() < 0.6 else paint
@@ -72,7 +72,7 @@ class Canvas:
 
 
 def colour(rng: np.random.Generator) -> Colour:
-    """A random colour, with black, white and greys more often than by chance."""
+    """A random colour; black, white and greys are more frequent than by chance."""
     if rng.random() < 0.4:
         return np.full(3, rng.uniform(0, 255)) + rng.normal(size=3) * 6
     return rng.uniform(0, 255, 3)

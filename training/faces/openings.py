@@ -1,18 +1,18 @@
 """Opens mouths further in training crops, so that the border of the opening is known exactly.
 
 Masks of real mouths are uncertain by a pixel or two where lips meet teeth, gum, tongue or the dark.
-An opening that is drawn a little larger over the lips, and filled with what another mouth shows
-between its lips, has a border that is exact by construction.
+So an opening is drawn a little larger, over the lips, and filled with what another mouth shows
+between its lips. The border of that opening is exact by construction.
 """
 
 import cv2
 import numpy as np
 
 LEAST_PX = 40  # an opening with fewer px has too little to show
-SURE = 230  # of 255: px that surely lie within the opening
+SURE = 230  # of 255; px with more of the opening surely lie within it
 KEPT_TEXTURES = 300
-WIDER_PX = (0.4, 3.2)  # by how much an opening grows
-LIP_LEFT_PX = 1.5  # of lip that stays beside a wider opening
+WIDER_PX = (0.4, 3.2)  # range by which an opening grows
+LIP_LEFT_PX = 1.5  # width of lip that stays beside a wider opening
 
 
 class Openings:
@@ -23,7 +23,7 @@ class Openings:
         self._textures: list[np.ndarray] = []
 
     def remember(self, rgb8: np.ndarray, opening: np.ndarray, teeth: np.ndarray) -> None:
-        """Keep the inside of an opening as a texture, R, G, B and teeth.
+        """Keep the inside of an opening as a texture with the channels R, G, B and teeth.
 
         opening, teeth: (H, W) uint8, as in Batch.
         """
@@ -49,7 +49,7 @@ class Openings:
             return rgb8
         wider = widened(whole, opening, rng)
         x, y, w, h = cv2.boundingRect((wider > 0.01).astype(np.uint8))
-        if not w:  # a labeller may see an opening, but no mouth around it
+        if not w:  # the labeller may have marked an opening, but no mouth around it
             return rgb8
         texture = self._textures[int(rng.integers(len(self._textures)))]
         if rng.random() < 0.5:

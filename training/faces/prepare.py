@@ -4,9 +4,9 @@
 
 DIR holds portraits/, wild/, talking/, sharp/ and covered/, each with pictures and labels.npz
 (docs/models.md describes them). Every face gets a pose: the similarity that lays the
-mean face, whose outer eye corners are 1 apart, over the face. All geometry of the
-training is in the face's own coordinates before its pose, so every error is in IOD. The
-file calls the poses `frames`.
+mean face, whose outer eye corners are 1 apart, over the face. Training uses the face's
+own coordinates, before the pose is applied, so every error is in IOD. The file calls the
+poses `frames`.
 """
 
 import argparse
@@ -48,7 +48,7 @@ def poses_of(points: np.ndarray, mean: np.ndarray) -> np.ndarray:
 def to_own_coordinates(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
     """Points (N, K, 3) in image px -> the face's own coordinates in IOD.
 
-    Z is scaled, too, and centred.
+    z is scaled, too, and centred.
     """
     inverse = np.linalg.inv(poses[:, :, :2])
     xy = (points[..., :2] - poses[:, None, :, 2]) @ inverse.transpose(0, 2, 1)
@@ -81,7 +81,7 @@ def depth_grids(face_points: np.ndarray) -> np.ndarray:
         np.add.at(weight, (cell[:, 1], cell[:, 0]), 1)
         np.add.at(total, (cell[:, 1], cell[:, 0]), z)
         depth = np.full((size, size), np.float32(total.sum() / weight.sum()))
-        for sigma in (8.0, 4.0, 2.0, 1.0):  # coarse grids fill the far field, fine ones the face
+        for sigma in (8.0, 4.0, 2.0, 1.0):  # wide blurs fill the surroundings, narrow ones the face
             near = cv2.GaussianBlur(weight, (0, 0), sigma)
             here = cv2.GaussianBlur(total, (0, 0), sigma) / np.maximum(near, 1e-9)
             trust = np.clip(near * sigma**2 * 6, 0, 1)

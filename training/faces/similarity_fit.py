@@ -7,9 +7,9 @@ from makeup_video.pipeline.smoothing.face_space import as_complex
 def fit_similarity(from_xy: np.ndarray, to_xy: np.ndarray) -> np.ndarray:
     """The turn, scale and shift that lead from_xy to to_xy with the least squared error.
 
-    from_xy, to_xy: (..., K, 2). Returns (..., 2, 3) float64, for `M[:, :2] @ xy + M[:, 2]`. There
-    is no reflection, and only a shift when all points of from_xy are the same. The closed form of
-    Umeyama (1991) is a division of complex numbers in the plane.
+    from_xy, to_xy: (..., K, 2). Returns M, (..., 2, 3) float64, for `M[:, :2] @ xy + M[:, 2]`. M
+    never reflects, and only shifts if all points of from_xy are the same. In the plane, the closed
+    form of Umeyama (1991) is a division of complex numbers.
     """
     a, b = as_complex(from_xy), as_complex(to_xy)
     a_mean, b_mean = a.mean(-1), b.mean(-1)

@@ -1,9 +1,9 @@
-"""The 68-point scheme, and mirror images; lips and eyes are in pipeline/faces/topology.py."""
+"""The 68-point scheme, and mirror images; pipeline/faces/topology.py has the lips and the eyes."""
 
 import numpy as np
 
-# The usual 68 points, each as the nearest MediaPipe point. With this table, MediaPipe itself gets
-# the figures quoted in docs/models.md on human labels.
+# The usual 68 points, each as the nearest MediaPipe point. With this table, MediaPipe itself has
+# the errors on human labels that docs/models.md quotes.
 POINTS_68 = np.array([
     162, 234, 93, 58, 172, 136, 149, 148, 152, 377, 378, 365, 397, 288, 323, 454, 389,  # jaw
     71, 63, 105, 66, 107, 336, 296, 334, 293, 301,  # brows

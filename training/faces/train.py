@@ -22,10 +22,10 @@ from torch.utils.data import DataLoader, IterableDataset
 BATCH = 128
 WARM_UP = 500  # steps
 AVERAGE = 0.9995  # of the weights, per step
-BORDER = 3.0  # how much more px at the border of a mouth's opening count
+BORDER = 3.0  # weight added to px at the border of a mouth's opening; other px have 1
 BESIDE = 3  # px: how far the border reaches to either side
-TEETH = 0.1  # how much the teeth in the opening count, against all of a mouth
-# Without units for it a processor multiplies in bfloat16 eight times as slowly as in float32.
+TEETH = 0.1  # weight of the teeth in the opening, against the whole mouth and the opening
+# Without bfloat16 units a processor multiplies in bfloat16 eight times as slowly as in float32.
 _CAN = torch.cpu.get_capabilities()
 IN_BFLOAT16 = bool(_CAN.get("amx_bf16") or _CAN.get("avx512_bf16"))
 
@@ -51,7 +51,7 @@ def cross_entropy_of(logits: Tensor, shares: Tensor, known: Tensor) -> Tensor:
     """The mean cross-entropy of whole mouth and opening where they are known, and of teeth in the
     opening as far as they are known.
 
-    logits, shares: (N, 3, H, W), as of LipNet and of Mouth.  known: (N, H, W).
+    logits: (N, 3, H, W), as in LipNet.  shares: (N, 3, H, W), as in Mouth.  known: (N, H, W).
     """
     wrong = nn.functional.binary_cross_entropy_with_logits(logits, shares, reduction="none")
     _, opening, teeth = shares.unbind(1)
@@ -63,9 +63,9 @@ def cross_entropy_of(logits: Tensor, shares: Tensor, known: Tensor) -> Tensor:
 
 
 def mask_loss(logits: Tensor, mask: Tensor) -> Tensor:
-    """The cross-entropy of masks, and the soft Dice overlap of the lips.
+    """The cross-entropy of masks, and the soft Dice loss of the lips.
 
-    logits: (N, 3, H, W), as of LipNet.  mask: (N, H, W, 4), as in Batch.
+    logits: (N, 3, H, W), as in LipNet.  mask: (N, H, W, 4), as in Batch.
     """
     *shares, known = (mask.float() / 255).unbind(-1)
     whole, opening, _ = shares
@@ -79,7 +79,7 @@ def mask_loss(logits: Tensor, mask: Tensor) -> Tensor:
 
 
 def point_worth(net: str, mirror: np.ndarray) -> Tensor:
-    """Weights (K,) of the points: points around what is painted count most."""
+    """Weights (K,) of the points: those around lips and eyes, which are painted, count most."""
     worth = np.ones(478, np.float32)
     worth[LIPS] = 2
     worth[EYE], worth[mirror[EYE]] = 1.5, 1.5
@@ -102,7 +102,7 @@ def loss_of(net: Callable, batch: tuple[Tensor, ...], worth: Tensor) -> tuple[Te
     weight = weight * worth
     error = (point_error(points, target) * weight).sum() / weight.sum().clamp(min=1)
     judged = labels.clone()
-    # without a face, the mouth does not count
+    # without a face, the score of the mouth does not count
     importance = torch.stack([torch.ones(len(labels)), labels[:, 0]], 1)
     score = nn.functional.binary_cross_entropy_with_logits(logits, judged, importance)
     loss = error + 0.02 * score
@@ -145,7 +145,7 @@ def validate(net: nn.Module, faces: Faces, name: str) -> str:
 
 @torch.no_grad()
 def inherit(net: nn.Module, average: dict[str, Tensor]) -> None:
-    """Take over averaged weights, also of a net with fewer channels, as far as they fit."""
+    """Take over averaged weights as far as they fit, even from a net with fewer channels."""
     for key, value in net.state_dict().items():
         old = average.get(f"module.{key}", value)
         common = tuple(slice(min(a, b)) for a, b in zip(value.shape, old.shape, strict=True))
@@ -187,7 +187,7 @@ def main() -> None:
     worth = point_worth(options.net, faces.mirror)
     loader = iter(DataLoader(Stream(faces, options.net, seed=run.step), None, num_workers=1,
                              prefetch_factor=8))  # fmt: skip
-    forward = torch.compile(run.net) if IN_BFLOAT16 else run.net  # else no faster
+    forward = torch.compile(run.net) if IN_BFLOAT16 else run.net  # float32 gains nothing
     running, counted, since, saved_at = 0.0, 0, time.time(), time.time()
     while run.step < steps:
         rate = rate_at(run.step, steps, options.rate, WARM_UP)

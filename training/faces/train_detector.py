@@ -1,4 +1,4 @@
-"""Trains the detector, which finds place, size and turn of faces.
+"""Trains the detector, which finds the place, the size and the turn of faces.
 
 python -m makeup_video.training.faces.train_detector --data runs/faces.npz --samples 6e5
 """
@@ -30,7 +30,7 @@ CELLS = SCENE // STRIDE
 class Detector(nn.Module):
     """(N, 3, H, W), sides a multiple of 32 -> (N, 6, H/8, W/8).
 
-    Per cell: face logit; centre dx, dy in cells; log of IOD in cells; cosine, sine of its turn.
+    Per cell: face logit; centre dx, dy in cells; log of IOD in cells; cosine, sine of the turn.
     """
 
     def __init__(self) -> None:
@@ -54,7 +54,7 @@ class Detector(nn.Module):
 
 
 def targets(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Faces (F, 4) -> heat (C, C) in [0, 1], and (6, C, C): five values and a weight a cell."""
+    """Faces (F, 4) -> heat (C, C) in [0, 1], and (6, C, C): five values and a weight per cell."""
     heat = np.zeros((CELLS, CELLS), np.float32)
     values = np.zeros((6, CELLS, CELLS), np.float32)
     y, x = np.mgrid[:CELLS, :CELLS].astype(np.float32)
@@ -101,7 +101,7 @@ def letterbox(rgb8: np.ndarray) -> tuple[np.ndarray, float]:
 def hide_strangers(faces: Faces, net: nn.Module) -> int:
     """Paint over, in place, what a net takes for further faces; returns their number.
 
-    Only one face of a picture is labelled: the net would learn others as background.
+    Only one face of a picture is labelled. The detector would learn the others as background.
     """
     rng, hidden = np.random.default_rng(0), 0
     for levels, own, folder in zip(faces.pictures, faces.poses, faces.folder, strict=True):
@@ -123,7 +123,7 @@ def hide_strangers(faces: Faces, net: nn.Module) -> int:
 
 
 def load_average(path: Path) -> nn.Module:
-    """The averaged weights of a checkpoint."""
+    """A detector with the averaged weights of a checkpoint."""
     net = Detector().to(memory_format=torch.channels_last)
     net.load_state_dict(averaged_weights(path))
     return net.eval()
@@ -197,7 +197,7 @@ def train(run: Checkpoint, faces: Faces, options: argparse.Namespace) -> None:
     steps, began = int(options.samples / BATCH), time.time()
     stream = Stream(faces, seed=run.step)
     loader = iter(DataLoader(stream, None, num_workers=1, prefetch_factor=8))
-    forward = torch.compile(run.net) if IN_BFLOAT16 else run.net  # else no faster
+    forward = torch.compile(run.net) if IN_BFLOAT16 else run.net  # float32 gains nothing
     since, running, counted = time.time(), 0.0, 0
     done = run.step / steps
     while done < 1:

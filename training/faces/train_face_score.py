@@ -2,10 +2,11 @@
 
     python -m makeup_video.training.faces.train_face_score --checkpoints runs --weights runs/weights
 
-The training of the points shows the net few crops without a face, and easy ones. In use it meets
-the false detections: shoes, patterns, a chin taken for a small face. So this training gathers false
-detections, the crops where the mesh net goes on from these, parts of faces, and faces that lie or
-are upside down. Only the layer of the score learns; the points do not change.
+The training of the points shows the net few crops without a face, and only easy ones. In use the
+net meets the detector's mistakes: shoes, patterns, a chin taken for a small face. So this training
+gathers such false detections, the crops to which the mesh net moves on from them, parts of faces,
+and faces that lie on their side or are upside down. Only the layer of the score learns; the points
+do not change.
 """
 
 import argparse
@@ -62,7 +63,7 @@ class NoFaces:
         return np.ascontiguousarray(picture[y : y + side, x : x + side])
 
     def _part(self, picture: np.ndarray, pose: np.ndarray) -> np.ndarray:
-        """A crop of a part of the face, or beside it."""
+        """A crop of a part of the face, or of a place beside the face."""
         rng = self.rng
         scale = np.exp(rng.uniform(np.log(0.2), np.log(0.6)))
         shift = rng.normal(size=2) * [0.5, 0.6] + [0, 0.4]
@@ -74,14 +75,15 @@ class NoFaces:
         return take(picture, moved, SPEC)
 
     def _tilted(self, picture: np.ndarray, pose: np.ndarray) -> np.ndarray:
-        """A crop of the face, lying or upside down: only a frame's rotation should find it."""
+        """A crop of the face on its side or upside down, which counts as no face: the product
+        finds such a face only by turning the picture."""
         turn = self.rng.uniform(1.4, 2 * np.pi - 1.4)
         c, s = np.cos(turn), np.sin(turn)
         moved = np.column_stack([pose[:, :2] @ [[c, -s], [s, c]], pose @ [*FACE_CENTRE, 1]])
         return take(picture, moved, SPEC)
 
     def _mistakes(self, picture: np.ndarray, pose: np.ndarray | None) -> Iterator[np.ndarray]:
-        """Crops of false detections, and where the mesh net goes on from these."""
+        """Crops of false detections, and the crops to which the mesh net moves on from them."""
         detections = _detections(self.nets, picture, int(self.rng.choice(SIDES)))
         if pose is not None:
             middle, unit = pose @ [*FACE_CENTRE, 1], np.linalg.norm(pose[:, 0])
@@ -98,7 +100,7 @@ class NoFaces:
 
 
 def _detections(nets: FaceNets, picture: np.ndarray, side_px: int) -> list[np.ndarray]:
-    """Poses (2, 3) in px of the picture, surest first.  side_px: as of FaceNets.detect."""
+    """Poses (2, 3) in px of the picture, surest first.  side_px: as in FaceNets.detect."""
     found = nets.detect(RgbPicture(picture), side_px, DOUBTFUL)
     return [pose.array() for _, pose in found]
 
@@ -175,7 +177,7 @@ def main() -> None:
         optimizer.step()
     with torch.no_grad():
         for key, row in mouth.items():
-            getattr(score, key)[1] = row  # the mouth's score stays, which weight decay shrinks
+            getattr(score, key)[1] = row  # undoes what weight decay did to the mouth's score
     report("after", score, held_out)
     saved = torch.load(path, map_location="cpu", weights_only=True)
     for key in ("weight", "bias"):

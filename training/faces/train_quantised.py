@@ -3,10 +3,10 @@
     python -m makeup_video.training.faces.train_quantised lips --checkpoints runs --samples 1e5
 
 The teacher is the float net: on a crop with camera noise, the rounded net must output what the
-teacher outputs on the clean crop. So rounding adds no jitter. Writes NET_int8.pt.
+teacher outputs on the clean crop. So rounding adds no jitter. The command writes NET_int8.pt.
 
-`--samples 0 --fit 2` trains nothing, but searches twice for the ranges with the least difference to
-the teacher.
+`--samples 0 --fit 2` trains nothing, but searches twice for the ranges that differ least from the
+teacher.
 """
 
 import argparse
@@ -31,7 +31,7 @@ BATCH, SCENE_BATCH = 48, 12
 WATCHED, FITTED = 12, 3  # batches that set the ranges, and batches to fit them on
 NOISE_SIGMA = 4.0  # code values, the largest sigma
 CUTS = (1, 0.85, 0.7, 0.55, 0.4, 0.3, 0.2)  # shares of a range to try
-SURE = 9.0  # log-odds: beyond, a difference cannot be seen
+SURE = 9.0  # log-odds; beyond them a difference cannot be seen
 Outputs = Tensor | tuple[Tensor, ...]
 
 
@@ -89,9 +89,9 @@ def difference(name: str, ours: Outputs, wanted: Outputs) -> Tensor:
 
 @torch.no_grad()
 def fit_ranges(name: str, teacher: nn.Module, net: nn.Module, rgb8: Tensor) -> None:
-    """Narrows each range while the outputs for rgb8 (N, H, W, 3) come closer to the teacher's.
+    """Narrows each range if that brings the outputs for rgb8 (N, H, W, 3) closer to the teacher's.
 
-    Few values lie far out, and values that a ReLU after a sum cuts off need not be exact.
+    Few values lie far out, and values that a ReLU cuts off after a sum need not be exact.
     """
     wanted, x = teacher(normalise(rgb8)), codes(rgb8).contiguous(memory_format=torch.channels_last)
     least = difference(name, net(x), wanted)
@@ -108,7 +108,8 @@ def fit_ranges(name: str, teacher: nn.Module, net: nn.Module, rgb8: Tensor) -> N
 
 
 def prepare(net: nn.Module) -> None:
-    """Sets a net to learn with its final outputs: no dropout, lipstick instead of its parts."""
+    """Sets a net to learn on its final outputs: without dropout, and with the log-odds of lipstick
+    instead of mouth, opening and teeth."""
     net.train()
     net.training = False
     for part in net.modules():

@@ -1,4 +1,4 @@
-"""Augments pictures as photos differ: the light on the face, and the camera."""
+"""Varies pictures as photos differ: in the light on the face, and in the camera."""
 
 import cv2
 import numpy as np
@@ -22,7 +22,8 @@ def lighting(rng: np.random.Generator, size_wh: tuple[int, int]) -> np.ndarray:
 def camera(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """The picture as some camera, phone or web page would give it. (H, W, 3) uint8 in and out.
 
-    Colours are hardly changed: the light that is divided out is read from the skin, after this.
+    Colours hardly change: the product reads a camera's tint from the skin as light, and divides it
+    out.
     """
     h, w = rgb8.shape[:2]
     kind = rng.random()

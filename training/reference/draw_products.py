@@ -1,4 +1,4 @@
-"""Draws products: with numbers of real products, and with any numbers.
+"""Draws products: with numbers like those of real products, and with random numbers.
 
     python -m makeup_video.training.reference.draw_products lips \\
         --shades lip_shades.csv --plot shades.png
@@ -27,26 +27,28 @@ COLOUR_SEEN = 0.4  # least opacity at which the colour of a product can be read
 # Largest values of NUMBERS; all begin at 0.
 MOST = np.array([1, 255, 255, 255, 4, 1, 1], np.float64)
 _WORDS = {"glitter": "shimmer", "retro matte": "matte", "lustre": "satin"}
-# Numbers bounded on both sides are normal as log-odds, numbers that are often 0 as square roots.
+# True: bounded on both sides, and about normal as log-odds. False: often 0, and about normal as
+# square roots.
 _ODDS = np.array([True, True, True, True, False, True, False])
-_EDGE = 0.5 / 256  # closer to an end counts as this close
+_EDGE = 0.5 / 256  # a share that is closer to 0 or 1 counts as this close
 # How much products of one finish differ, one sigma, in that space; for colours, the error of
 # swatches.
 _SPREAD = np.array([0.5, 0.15, 0.15, 0.15, 0.2, 0.5, 0.12])
-# Shares of any numbers and of none in the mixture; the rest is like real products.
+# Shares of the mixture: products with random numbers, and unworn ones. The rest is like real
+# products.
 UNIFORM, BARE = 0.4, 0.08
-_EXTREME = 0.2  # share of any numbers among products never trained on
-_SETTING_SPREAD = 0.1  # of the other settings around those of a finish
-_OTHER_FINISH = 0.15  # share of draws with the settings of any finish
+_EXTREME = 0.2  # share of products with random numbers among those never trained on
+_SETTING_SPREAD = 0.1  # one sigma, of the other settings around those of a finish
+_OTHER_FINISH = 0.15  # share of draws with the settings of a random finish
 SPLITS = ("train", "validation", "test")
-_EIGHTHS = (6, 1, 1)  # of shades
+_EIGHTHS = (6, 1, 1)  # of the shades, in each split
 
 
 @dataclass(frozen=True)
 class Products:
     """Products of a shade table.
 
-    values: (N, 7) as NUMBERS, of the finish itself. split: (N,) index into SPLITS.
+    values: (N, 7), the NUMBERS of each product's colour and finish. split: (N,) index into SPLITS.
     """
 
     values: np.ndarray
@@ -54,7 +56,7 @@ class Products:
 
 
 def read_products(path: Path, region: str) -> Products:
-    """Reads a shade table. Products without a finish get one, drawn as often as it occurs."""
+    """Reads a shade table. A product without a finish gets one, drawn as often as it occurs."""
     with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     words = [_WORDS.get(row["finish"], row["finish"]) for row in rows]
@@ -87,7 +89,7 @@ def from_normal(normal: np.ndarray) -> np.ndarray:
 
 
 class Mixture:
-    """Draws products like real ones, products of any numbers, and a few that are not worn."""
+    """Draws products like real ones, products with random numbers, and a few that are not worn."""
 
     def __init__(self, values: np.ndarray) -> None:
         """values: (N, 7) to fit the normal distribution to."""
@@ -97,7 +99,7 @@ class Mixture:
         self._root = np.linalg.cholesky(covariance)
 
     def real(self, n: int, rng: np.random.Generator) -> np.ndarray:
-        """(n, 7) numbers."""
+        """(n, 7) numbers like those of real products."""
         return from_normal(self.mean + rng.normal(size=(n, len(NUMBERS))) @ self._root.T)
 
     def any(self, n: int, rng: np.random.Generator) -> np.ndarray:
@@ -144,10 +146,10 @@ def draw_settings(values: np.ndarray, region: str, rng: np.random.Generator) -> 
     if rng.random() < _OTHER_FINISH:
         finish = list(FINISHES)[rng.integers(len(FINISHES))]
     settings = settings_of(finish, region)
-    kept = {"light_adaptation"}  # else the photo would not show the colour
+    kept = {"light_adaptation"}  # otherwise the photo would not show the product's colour
     if not settings["shimmer"]:
         kept |= {"shimmer"}
-    for name, value in settings.items():  # in order: the order of a set differs from run to run
+    for name, value in settings.items():  # not a set: its order would differ from run to run
         if name not in kept:
             settings[name] = float(np.clip(value + rng.normal() * _SETTING_SPREAD, 0, 1))
     return settings
@@ -164,7 +166,7 @@ def look_of(
 
 
 def number_errors(true: np.ndarray, estimated: np.ndarray) -> np.ndarray:
-    """(7,) mean absolute errors; of colours, only where they show."""
+    """(7,) mean absolute errors; those of colours only where the colours show."""
     off, shows = np.abs(estimated - true), true[:, 0] >= COLOUR_SEEN
     errors = off.mean(0)
     errors[COLOUR] = off[shows, COLOUR].mean(0) if shows.any() else np.nan
@@ -178,7 +180,7 @@ def errors_in_words(true: np.ndarray, estimated: np.ndarray) -> str:
 
 
 def plot(mixture: Mixture, path: Path, n: int = 4000) -> None:
-    """Plots the distribution of each number in both parts of the mixture, and drawn colours."""
+    """Plots the distribution of each number in both parts of the mixture, and the drawn colours."""
     import matplotlib.pyplot as plt
 
     rng = np.random.default_rng(0)

@@ -4,9 +4,9 @@
         --shades lip_shades.csv
 
 The look that a net estimates and the true look are painted on another bare person and compared
-there. So is what the whole product reads, to which the worn kinds and their places are not given;
-parts of that (the colours of bare and of worn skin, how lipstick shines and fades, which makeup is
-worn) were fitted on faces that include these people.
+there. So is the look that the whole product reads without being told the worn kinds and their
+places. Parts of the product (the colours of bare and of made-up skin, how lipstick shines and
+fades, which makeup is worn) were fitted on faces that include these people.
 docs/make/make_results.py measures everything and writes it to docs/results.md.
 """
 
@@ -72,15 +72,16 @@ MEASURES = ("CIEDE2000", *WHOLE)
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """What was measured.
+    """The results of an evaluation.
 
-    numbers: by name and region, (N, 7): TRUE numbers of the look, those that each set of nets
-    reads, and KNOWN, which the first set reads with the points and light of the bare portrait.
+    numbers: by name and region, (N, 7): the TRUE numbers of the look, those that each set of nets
+    reads, and the KNOWN ones, which the first set reads with the points and light of the bare
+    portrait.
 
     scores: by method (a set of nets, PRODUCT, TRUE, MEAN, SOURCE), (N, 4) MEASURES.
     person, tone: (N,) of the wearers.
-    unread: how many photos had no face that was found; they are not in `numbers`, and for `scores`
-    the source is not painted.
+    unread: how many photos had no face that was found. `numbers` leaves them out, and for `scores`
+    their source stays unpainted.
     """
 
     numbers: dict[str, dict[str, np.ndarray]]
@@ -125,7 +126,7 @@ def measure(
     """Measures nets on triplets.
 
     nets: by name, then by region; only the first must have all regions. whole: metrics of the whole
-    face; None: only CIEDE2000. with_product: score what the whole product reads, too.
+    face; None: only CIEDE2000. with_product: also score the look that the whole product reads.
     """
     composite, first = Composite(Look()), next(iter(nets.values()))
     numbers: dict[str, dict[str, list[np.ndarray]]] = {}
@@ -157,7 +158,7 @@ def _stacked(rows: Mapping[str, list[np.ndarray]]) -> dict[str, np.ndarray]:
 
 
 def _read(seen: Seen | None, nets: Mapping[str, Net], look: Look) -> Look:
-    """The regions that wear something, as the nets read them; the zone is known."""
+    """The look that the nets read in the regions that wear something; the zone is given."""
     if seen is None:
         return Look()
     chosen = {region: nets[region] for region in worn(look) if region in nets}
@@ -165,9 +166,9 @@ def _read(seen: Seen | None, nets: Mapping[str, Net], look: Look) -> Look:
 
 
 def read_by_product(one: Triplet) -> Look:
-    """The look that the product reads from the photo, of the regions that wear something.
+    """The look that the product reads from the photo, in the regions that wear something.
 
-    Unlike the nets, it has to detect that they are made up, and where eyeshadow lies.
+    Unlike the nets, the product must detect that they are made up, and where eyeshadow lies.
     """
     try:
         found = estimate(one.photo).look
@@ -241,7 +242,7 @@ def main() -> None:
 
 
 def calm() -> None:
-    """Sets one thread for each library: pictures are small, and threads would only wait."""
+    """Sets one thread for each library: pictures are small, and more threads would only wait."""
     os.environ["POCL_MAX_PTHREAD_COUNT"] = "1"
     cv2.setNumThreads(1)
     torch.set_num_threads(1)

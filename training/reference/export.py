@@ -1,9 +1,9 @@
-"""Writes the reference nets as ONNX, compares them with PyTorch, and lists hashes.
+"""Writes the reference nets as ONNX, compares them with PyTorch, and lists their hashes.
 
     python -m makeup_video.training.reference.export runs/lips-lite0.pt runs/eyes-lite0.pt \\
         --out pipeline/weights --expected tests/training/reference_targets.json
 
-A net takes uint8 RGB crops (N, H, W, 3), as of pipeline/reference/crops.py, and gives targets
+A net takes uint8 RGB crops (N, H, W, 3), made by pipeline/reference/crops.py, and returns targets
 (N, 7).
 """
 
@@ -31,7 +31,7 @@ def load(path: Path) -> tuple[str, ReferenceNet]:
 
 @torch.no_grad()
 def targets_of(module: Exported, region: str) -> list[list[float]]:
-    """Return the targets (16, 7) that PyTorch computes from the fixed crops."""
+    """The targets (16, 7) that PyTorch computes from the fixed crops."""
     return module(torch.from_numpy(fixed_crops(region))).round(decimals=5).tolist()
 
 

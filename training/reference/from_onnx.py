@@ -3,7 +3,7 @@
     python -m makeup_video.training.reference.from_onnx lips --shades lip_shades.csv \\
         --out runs/lips-first.pt
 
-As training/faces/from_onnx.py does it for the nets that find faces.
+training/faces/from_onnx.py does the same for the nets that find faces.
 """
 
 import os
@@ -22,11 +22,11 @@ from makeup_video.training.reference.train import AVERAGE, inputs, name_of, pars
 from torch import Tensor
 
 WEIGHTS = Path(str(SHIPPED))
-CROPS = 256  # from which the means and variances of the normalisations are computed
+CROPS = 256  # number from which the means and variances of the normalisations are computed
 
 
 def restored(path: Path, net: ReferenceNet, crops: Tensor) -> ReferenceNet:
-    """The net, filled so that it computes what the file does, in training as well.
+    """The net, filled so that it computes what the file does, even in training mode.
 
     crops: (N, 3, H, W), as the net takes them.
     """

@@ -11,10 +11,10 @@ from pathlib import Path
 import torch
 from torch import Tensor, nn
 
-# Of inputs in -1..1, so that AlexNet gets ImageNet's mean and deviation.
+# For inputs in -1..1, so that AlexNet gets pictures with ImageNet's mean and deviation.
 _SHIFT, _SCALE = (-0.030, -0.088, -0.188), (0.458, 0.448, 0.450)
-# Index into AlexNet's features, inputs, outputs, kernel, stride, padding; pools before the 2nd and
-# 3rd
+# Index into AlexNet's features, inputs, outputs, kernel, stride, padding. Pools come before the
+# second and the third.
 _CONVS = (
     (0, 3, 64, 11, 4, 2), (3, 64, 192, 5, 1, 2), (6, 192, 384, 3, 1, 1),
     (8, 384, 256, 3, 1, 1), (10, 256, 256, 3, 1, 1),
@@ -39,7 +39,7 @@ class Lpips(nn.Module):
         self.register_buffer("scale", torch.tensor(_SCALE)[:, None, None], persistent=False)
 
     def features(self, x: Tensor) -> list[Tensor]:
-        """Features of each layer, (N, C, h, w), with length 1 along C."""
+        """The features of each layer, (N, C, h, w), scaled to length 1 along C."""
         x, found = (2 * x - 1 - self.shift) / self.scale, []
         for at, conv in self.convs.items():
             x = nn.functional.max_pool2d(x, 3, 2) if int(at) in _POOLED else x

@@ -2,8 +2,8 @@
 
 Beside the pooled features, the head gets the colours of the crop, averaged over squares: batch
 norms pass on colour only relative to the rest of the batch, and colour is what the net must read.
-Lids lie flat in their crop, a zone always in the same squares, so two dense layers learn a lot from
-these.
+Lids lie flat in their crop, and each zone is always in the same squares, so two dense layers learn
+a lot from the squares.
 """
 
 import math
@@ -12,7 +12,7 @@ import torch
 from makeup_video.pipeline.reference.crops import CROPS
 from torch import Tensor, nn
 
-# Scale of widths and depths.
+# Scales of width and of depth.
 SIZES = {
     "lite0": (1.0, 1.0), "lite1": (1.0, 1.1), "lite2": (1.1, 1.2),
     "lite3": (1.2, 1.4), "lite4": (1.4, 1.8),
@@ -24,15 +24,15 @@ STAGES = (
 )  # fmt: skip
 STEM, HEAD = 32, 1280
 EPSILON, MOMENTUM = 1e-3, 0.03  # of the batch norms
-HEAD_SIGMA = 0.003  # small, so that the first outputs are about the mean
+HEAD_SIGMA = 0.003  # of the first weights: small, so that the first outputs are about the mean
 LEAK = 0.1  # of the last ReLU in training, so that a number below 0 for all crops can recover
 SQUARE = {"lips": 16, "eyes": 8}  # px of the squares whose colours the head gets; lids are thin
 HIDDEN = {"lips": (), "eyes": (512, 512)}  # widths of dense layers between squares and head
-SPREAD = 3.0  # makes the colours of squares differ by about 1, which suits the layers
+SPREAD = 3.0  # makes the colours of squares differ by about 1, which suits the dense layers
 
 
 def scaled_width(channels: int, width: float) -> int:
-    """The width as a multiple of 8, never more than a tenth below the exact number."""
+    """The scaled width as a multiple of 8, never more than a tenth below the exact number."""
     exact = channels * width
     whole = max(8, int(exact + 4) // 8 * 8)
     return whole + 8 if whole < 0.9 * exact else whole

@@ -8,14 +8,14 @@ import numpy as np
 from makeup_video.pipeline.faces.face import Face, LipPatch
 from makeup_video.training.reference.draw_products import SPLITS
 
-MOST_OFTEN = 10.0  # times the median, so that a few people of a rare tone do not dominate
+MOST_OFTEN = 10.0  # times the median; otherwise a few people of a rare tone would dominate
 
 
 class People:
-    """The bare portraits of some splits, for one region or both.
+    """The portraits of some splits that are bare in all the given regions.
 
-    tone: (N,) bins of skin tone. share: (N,) how often to draw each, so that all tones occur about
-    equally often.
+    tone: (N,) bins of skin tone. share: (N,) how often to draw each portrait, so that all tones
+    occur about equally often.
     """
 
     def __init__(self, path: Path, region: str | Sequence[str], *splits: str) -> None:

@@ -10,7 +10,7 @@ from makeup_video.pipeline.frames.affine import AffineArray
 from skimage.color import deltaE_ciede2000, rgb2lab
 
 FACE_PX = 256  # side of the crops that L1, MS-SSIM and LPIPS compare
-_ROOM = 1.1  # side of the crop, of the longer side of the box around the points
+_ROOM = 1.1  # side of the crop, in longer sides of the box around the face's points
 WHOLE = ("L1", "1-MS-SSIM", "LPIPS")
 # N pictures and the true one, (256, 256, 3) uint8 -> (N, 3), as WHOLE; NaN where not measured
 Whole = Callable[[Sequence[np.ndarray], np.ndarray], np.ndarray]
@@ -37,7 +37,7 @@ def crop_face(rgb8: np.ndarray, to_px: AffineArray) -> np.ndarray:
 
 
 def whole_scores(lpips_weights: Sequence[Path] = ()) -> Whole:
-    """Measures L1 and 1-MS-SSIM of values in 0..1, and LPIPS if its weights are given."""
+    """A function that measures L1 and 1-MS-SSIM of values in 0..1, and LPIPS if given weights."""
     import torch
     from makeup_video.training.reference import lpips
     from pytorch_msssim import ms_ssim

@@ -3,10 +3,10 @@
     python -m makeup_video.training.reference.prepare --portraits DIR --out runs/reference.npz
 
 DIR holds pictures and labels.npz with their names and, where there are several, sources. Painting
-the packed portraits needs no net. Many people in portraits wear makeup, and those are not painted:
-DIR/worn.csv lists which lips and eyes are bare, as of worn/prepare.py. Without that table the
-colour of lips and lids is predicted from that of the skin, and the portraits furthest from the
-prediction are taken for made up.
+the packed portraits needs no net. Many people in portraits wear makeup, and their portraits are not
+painted: DIR/worn.csv, described in worn/prepare.py, lists which lips and eyes are bare. Without
+that table the colour of lips and lids is predicted from the colour of the skin. The portraits
+furthest from the prediction then count as made up.
 """
 
 import argparse
@@ -25,8 +25,8 @@ from makeup_video.training.inputs import existing
 from makeup_video.training.worn.prepare import LABELS, rows
 from makeup_video.training.worn.table import has_table
 
-# As in faces/prepare.py, the last pictures of each source are held out. The first of them are for
-# validation, the others, which no face net was trained on either, for the test.
+# As in faces/prepare.py, the last pictures of each source are held out. The first of these are for
+# validation. The others are for the test: no face net was trained on them either.
 VALIDATION_SHARE, TEST_SHARE = 0.06, 0.08
 WORN_SHARE = 1 / 3  # of each skin tone: the portraits that look most made up
 SHOWS = {"lips": ("lips",), "eyes": ("shadow", "liner")}  # the labels of LABELS that a region shows
@@ -44,7 +44,7 @@ def lab_of(rgb8: np.ndarray) -> np.ndarray:
 
 
 def colours_of(rgb8: np.ndarray, face: Face) -> np.ndarray | None:
-    """(10,) Lab of skin, lips and lids, and the shine of the lips.
+    """(10,) the CIE Lab of skin, lips and lids, and the shine of the lips.
 
     None when a part cannot be seen.
     """
@@ -69,10 +69,10 @@ def colours_of(rgb8: np.ndarray, face: Face) -> np.ndarray | None:
 
 
 def beyond_skin(part: np.ndarray, skin: np.ndarray) -> np.ndarray:
-    """(N, 3) differences between Lab of a part and its prediction from Lab of the skin.
+    """(N, 3) differences between the Lab of a part and its prediction from the Lab of the skin.
 
-    The prediction is linear, fitted to the two thirds that lie closest to it: the others wear
-    makeup.
+    The prediction is linear, fitted to the two thirds of the portraits that lie closest to it: the
+    others are taken to wear makeup.
     """
     known = np.column_stack([np.ones(len(skin)), skin])
     near = np.ones(len(part), bool)
@@ -89,7 +89,7 @@ def standard(x: np.ndarray) -> np.ndarray:
 
 
 def made_up(colours: np.ndarray) -> dict[str, np.ndarray]:
-    """Colours (N, 10) as of `colours_of` -> for each region, (N,) how made up it looks."""
+    """Colours (N, 10) from `colours_of` -> for each region, (N,) how made up it looks."""
     skin, lips, lids, shine = np.split(colours, (3, 6, 9), axis=1)
     off = beyond_skin(lips, skin)
     redder, yellower = off[:, 1], off[:, 2]
@@ -101,7 +101,7 @@ def made_up(colours: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def bare(score: np.ndarray, tone: np.ndarray) -> np.ndarray:
-    """(N,) bool, True for all but the most made up of each skin tone."""
+    """(N,) bool: True for all but the third of each skin tone that looks most made up."""
     kept = np.zeros(len(score), bool)
     for one in np.unique(tone):
         of = np.flatnonzero(tone == one)
@@ -156,7 +156,7 @@ def pack(
 ) -> dict[str, np.ndarray]:
     """One array per column; the pictures are one array of the bytes of their files.
 
-    labelled: by region, (N,) whether it is bare; None: by its colours.
+    labelled: for each region, (N,) whether it is labelled as bare; None: its colours decide.
     """
     packed = {
         key: np.stack([entry[key] for entry in found]) for key in found[0] if key != "picture"

@@ -1,4 +1,4 @@
-"""Reads a look from a photo with nets from any file, and measures what the nets cost."""
+"""Reads a look from a photo with nets from any file, and measures size and speed of the nets."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -30,7 +30,7 @@ class Cost:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seen:
-    """A photo and the inputs of the nets.
+    """A photo, its face and light, and the inputs of the nets.
 
     rgb8: (H, W, 3) uint8. crops: by region, (H, W, 3) uint8.
     """
@@ -81,7 +81,7 @@ def nets_of(folder: Path) -> dict[str, Net]:
 
 
 def cost_of(path: Path, region: str) -> Cost:
-    """Measures a net on a grey crop."""
+    """The cost of a net, measured on a grey crop."""
     w, h = CROPS[region].input_wh
     crop, ms = np.full((1, h, w, 3), 128, np.uint8), {}
     for threads in (1, 2):
@@ -119,7 +119,7 @@ def see(rgb8: np.ndarray) -> Seen | None:
 
 
 def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
-    """Return the look as the nets read it."""
+    """The look as the nets read it."""
     regions = nets.keys() & seen.crops.keys()
     numbers = {region: read_numbers(nets[region], seen.crops[region]) for region in regions}
     return look_with(numbers, zone)
@@ -134,9 +134,9 @@ def look_with(numbers: Mapping[str, np.ndarray], zone: str) -> Look:
 def paper_look(rgb8: np.ndarray, nets: Mapping[str, Net], zone: str = "lid") -> Look | None:
     """The look of a photo's largest face as the paper reads it: by these nets alone.
 
-    rgb8: (H, W, 3) uint8, sRGB. nets: see nets_of. zone: of the eyeshadow, which no net reads. None
-    when there is no face. The product's own reading is pipeline/reference/estimate.py. Raises
-    ValueError without any net, since such a look would be bare.
+    rgb8: (H, W, 3) uint8, sRGB. nets: see nets_of. zone: where the eyeshadow lies, which no net
+    reads. None when there is no face. pipeline/reference/estimate.py has the product's own reading.
+    Raises ValueError without any net, since such a look would be bare.
     """
     if not nets:
         raise ValueError("nets must hold one of lips or eyes, got none: give a folder with nets")

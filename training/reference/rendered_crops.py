@@ -1,10 +1,10 @@
-"""Renders crops of people who wear drawn products, as the input of the reference nets.
+"""Renders crops of people who wear drawn products, as inputs of the reference nets.
 
     python -m makeup_video.training.reference.rendered_crops lips --data runs/reference.npz \\
         --shades lip_shades.csv --sheet runs/lips.png
 
-The product's renderer paints a small 4:4:4 frame around the region. Light is read from the whole
-portrait, once for a few products.
+Our renderer paints a small 4:4:4 frame around the region. The light is read from the whole
+portrait, once for every few drawn products.
 """
 
 import argparse
@@ -50,14 +50,14 @@ from makeup_video.training.reference.draw_products import (
 )
 from makeup_video.training.reference.people import People
 
-MARGIN = 0.12  # around a crop, of its width: what a misplaced crop shows
+MARGIN = 0.12  # around a crop, in its widths: a misplaced crop shows some of that
 DETAIL = 0.9, 1.7  # px of the rendered part per px of the crop
 LOOKS = 6  # products painted on one person in one light
 # One sigma of the error of landmarks: turn (radians), log scale, shift (share of the width).
 JITTER = 0.02, 0.025, 0.007
-SQUEEZE = 0.03  # log of width by height, as of a head that is turned slightly more
+SQUEEZE = 0.03  # one sigma of the log of width by height, as if the head were turned slightly more
 LIGHT_ERROR = 0.03, 0.01  # one sigma of log strength and log colour, as read from a photo
-TEST_QUALITY = 90  # JPEG
+TEST_QUALITY = 90  # of JPEG
 
 
 def to_codes(rgb8: np.ndarray) -> np.ndarray:
@@ -113,7 +113,7 @@ class Shot:
 def paint(composite: Composite, shot: Shot, look: Look) -> np.ndarray:
     """The shot with a look on, (H, W, 3) uint8.
 
-    Nothing outside the makeup differs between looks.
+    Outside the makeup, the pictures of all looks are the same.
     """
     composite.set_look(look)
     frame = composite(replace(shot.scene, frame=frame_of(shot.codes)))
@@ -123,8 +123,8 @@ def paint(composite: Composite, shot: Shot, look: Look) -> np.ndarray:
 class Renderer:
     """Paints drawn products on drawn people. The same seed gives the same pictures.
 
-    varied: light, camera and the place of crops vary as in photos; else crops are in place, in the
-    portrait's own light, and compressed as JPEG 90.
+    varied: light, camera and the place of crops vary as in photos. Otherwise crops are in place, in
+    the portrait's own light, and compressed as JPEG 90.
     """
 
     def __init__(
@@ -137,7 +137,7 @@ class Renderer:
     def shoot(self, person: int) -> Shot:
         """The part of a portrait around the region, in the portrait's light or another."""
         rgb8, face = self.people.rgb8(person), self.people.face(person)
-        half = np.array([[0.5, 0, -0.25], [0, 0.5, -0.25]])  # enough to read the light from
+        half = np.array([[0.5, 0, -0.25], [0, 0.5, -0.25]])  # half size, enough to read the light
         size_wh = rgb8.shape[1] // 2, rgb8.shape[0] // 2
         whole = cv2.resize(rgb8, size_wh, interpolation=cv2.INTER_AREA)
         to_part, part_wh = self._part(crop_around(face, self.region))
@@ -198,7 +198,7 @@ class Renderer:
             crop, self.rng.normal(0, turn), float(np.exp(self.rng.normal(0, log_scale))),
             self.rng.normal(0, off * w, 2),
         )  # fmt: skip
-        # The crop takes in more width, so the face is narrower, as when the head is turned.
+        # The crop takes in more width, so the face becomes narrower, as when the head is turned.
         middle = to_px @ [(w - 1) / 2, (h - 1) / 2, 1]
         to_px[:, 0] /= squeeze
         to_px[:, 2] = middle - to_px[:, :2] @ [(w - 1) / 2, (h - 1) / 2]
@@ -244,7 +244,8 @@ def _exposed(rgb8: np.ndarray, gain: np.ndarray) -> np.ndarray:
 def renderer(
     data: Path, shades: Path, region: str, split: str, seed: int, varied: bool = True
 ) -> Renderer:
-    """The renderer of a split: of a mixture for training, else of products never trained on."""
+    """The renderer of a split: with a mixture of products for training, else with products never
+    trained on."""
     products = read_products(shades, region)
     chosen: dict[str, Callable[[np.ndarray], Draws]] = {"train": Mixture}
     of_split = products.values[products.split == SPLITS.index(split)]

@@ -2,7 +2,7 @@
 
     python -m makeup_video.training.reference.train lips --net lite0 --shades lip_shades.csv
 
-Crops are drawn on the fly in separate processes. Both people and products are held out.
+Separate processes draw the crops on the fly. Both people and products are held out.
 """
 
 import argparse
@@ -33,9 +33,9 @@ from torch.utils.data import DataLoader, IterableDataset, get_worker_info
 WARM_UP = 300  # steps
 AVERAGE = 0.999  # of the weights, per step
 SAVE_SECONDS = 180
-# Weight of the colour of a product that cannot be seen; from COLOUR_SEEN on the weight is 1.
+# Weight of the colour of an invisible product; from the opacity COLOUR_SEEN on the weight is 1.
 COLOUR_LEAST = 0.05
-PAINTED_WEIGHT = 5.0
+PAINTED_WEIGHT = 5.0  # of the error of worn colours, in the loss
 # Lips and lids from light to dark skin, in neutral light: looks are compared on these.
 BARE = torch.tensor(
     [[0.82, 0.60, 0.54], [0.68, 0.45, 0.40], [0.55, 0.33, 0.29], [0.32, 0.19, 0.17]]
@@ -58,7 +58,7 @@ class Stream(IterableDataset):
 
 
 def weight_of(targets: Tensor) -> Tensor:
-    """(N, 7) weight of each number: the colour of a sheer product hardly shows."""
+    """(N, 7) the weight of each number; the colour of a sheer product hardly shows."""
     weight = torch.ones_like(targets)
     weight[:, 1:4] = (targets[:, :1] / COLOUR_SEEN).clamp(COLOUR_LEAST, 1)
     return weight
@@ -122,7 +122,7 @@ def name_of(options: argparse.Namespace) -> str:
 def beginning(options: argparse.Namespace, steps: int | None = None) -> Checkpoint:
     """A net, its running average and its optimizer: new, or from the last run.
 
-    steps: as of Checkpoint.resume.
+    steps: as in Checkpoint.resume.
     """
     torch.manual_seed(0)
     options.out.mkdir(parents=True, exist_ok=True)
@@ -198,7 +198,8 @@ def main() -> None:
             print("  held out:", validate(run.average, watched), flush=True)
             saved_at = time.time()
             running, counted, since = 0.0, 0, time.time()
-    # PoCL's threads abort a process that draws when it ends, which would be reported as an error.
+    # PoCL's threads abort a process that has drawn crops when it ends normally, and that would be
+    # reported as an error.
     sys.stdout.flush()
     os._exit(0)
 

@@ -5,7 +5,8 @@
     python -m makeup_video.training.reference.train eyes \\
         --shades eyeshadow_shades.csv --start runs/first/eyes-lite0.pt
 
-A minute of this replaces an hour of training: the layers take only some hundred numbers of a crop.
+A minute of this replaces an hour of training the whole net, because the dense layers take only some
+hundred numbers of each crop.
 """
 
 import argparse
@@ -54,7 +55,7 @@ def train_layers(
 ) -> None:
     """Trains the layers and their part of the head.
 
-    The head's weights of the convolutions become 0.
+    The head's weights for the convolutions' features become 0.
     """
     head = nn.Linear(net.head.in_features - HEAD, net.head.out_features)
     nn.init.normal_(head.weight, 0, 0.003)

@@ -43,7 +43,7 @@ _EXTREME_OPACITY = 0.6, 1.0  # range: worn to be seen
 
 
 class OfColour:
-    """Draws products of about one colour; their other numbers are as drawn."""
+    """Draws products of about one colour and high opacity; their other numbers are as drawn."""
 
     def __init__(self, products: Draws, rgb: tuple[int, int, int]) -> None:
         self._products, self._rgb = products, rgb
@@ -92,7 +92,7 @@ def shot_of(rgb8: np.ndarray, face: Face) -> Shot:
 
 
 def weight_of(face: Face, region: str, zone: str, size_wh: tuple[int, int]) -> np.ndarray:
-    """(H, W) float32 weight at each px of a product with a medium soft edge."""
+    """(H, W) float32: the weight at each px of a product with a medium soft edge."""
     mouth = lips_surface(face)
     surfaces: list[Surface] = [mouth] if mouth else []
     if region == "eyes":
@@ -111,7 +111,7 @@ def weight_of(face: Face, region: str, zone: str, size_wh: tuple[int, int]) -> n
 
 
 def halves(people: People) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of wearers and of bare people, none in both, with the same mix of skin tones."""
+    """Indices of wearers and of bare people, nobody in both, with the same mix of skin tones."""
     order = np.argsort(people.tone, kind="stable")
     return order[::2], order[1::2]
 
@@ -173,5 +173,5 @@ def worn(look: Look) -> list[str]:
 
 
 def numbers_of(look: Look, region: str) -> np.ndarray:
-    """NUMBERS (7,) of a region of a look."""
+    """The NUMBERS (7,) of a look's product in a region."""
     return np.array([getattr(getattr(look, region), name) for name in NUMBERS])

@@ -1,1 +1,1 @@
-"""Training of the net that reads what is worn in a photo."""
+"""Training of the nets that read a photo's makeup: its kinds, and forms of liner and lipstick."""

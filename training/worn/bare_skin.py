@@ -2,10 +2,11 @@
 
     python -m makeup_video.training.worn.bare_skin --faces DIR --out pipeline/weights
 
-DIR has folders `portraits` and `wild`, as of worn/prepare.py; faces without any makeup count.
-Writes bare_eyes.npy and bare_cheeks.npy, and prints how blush and lipstick show, which are
-constants of the product. What it ships was measured while hair over the forehead still counted as
-skin, and hair beside the eyes as the skin there (docs/decisions/reference.md).
+DIR has the folders `portraits` and `wild`, as worn/prepare.py describes them. Only faces without
+any makeup count. Writes bare_eyes.npy and bare_cheeks.npy, and prints how blush and lipstick show:
+these numbers are constants of the product. The shipped files were measured while hair over the
+forehead still counted as skin, and hair beside the eyes as the skin there
+(docs/decisions/reference.md).
 """
 
 import argparse
@@ -31,19 +32,19 @@ from makeup_video.training.inputs import existing
 from makeup_video.training.list_hashes import list_hashes
 from makeup_video.training.worn.prepare import labelled_faces
 
-SETS = {"portraits": 3, "wild": 4}  # every third, every fourth face
-NARROWEST_PX = 40  # IOD
-_PAINTED = 8  # of the faces one in so many is painted as well, with each of _COLOURS colours
+SETS = {"portraits": 3, "wild": 4}  # every third, and every fourth face is measured
+NARROWEST_PX = 40  # least IOD
+_PAINTED = 8  # one face in so many is also painted, in _COLOURS random colours
 _COLOURS = 3
-_LIPS, _BLUSH = 0.85, 0.6  # opacities of what is painted
-_LEAST_DENSE = 0.1  # where blush lies
+_LIPS, _BLUSH = 0.85, 0.6  # opacities of the painted lipstick and blush
+_LEAST_DENSE = 0.1  # places with less blush do not count
 _SURELY_SKIN = 0.5
-_LEAST_COUNT = 20  # nodes in a cell of the cheeks, below which nothing is known of it
-# Percentile of bare faces that the skin around made-up eyes would look like: whoever wears makeup
-# has thinner brows and evener skin than most bare faces, many of which are men's.
+_LEAST_COUNT = 20  # a cell of the cheeks with no more nodes counts as unknown
+# The skin under makeup around the eyes is taken for this percentile of bare faces: people who wear
+# makeup have thinner brows and more even skin than most bare faces, many of which are men's.
 _LIGHTER = 65
-_SPREAD = 0.01  # added to the variance of bare faces, for what no bare face shows
-# Both sides of the eye, everywhere.
+_SPREAD = 0.01  # added to the variance of bare faces, for differences that none of them shows
+# Eyeshadow all around the eye: above it and below it.
 _ALL_AROUND = [
     {"low": low, "high": high, "inner": -0.3, "outer": 1.6, "softness": 0.0}
     for low, high in ((0.0, 2.2), (-1.3, 0.0))
@@ -63,20 +64,23 @@ def neutral_of(rgb8: np.ndarray, face: Face) -> NeutralFace:
 
 
 class Response:
-    """Least squares of `painted = (1 - cover) bare + response root`, cell by cell."""
+    """Fits `painted = (1 - cover) * bare + response * root` by least squares, cell by cell."""
 
     def __init__(self) -> None:
         self._sums = np.zeros(5)
 
     def add(self, bare: np.ndarray, painted: np.ndarray, added: np.ndarray) -> None:
-        """(..., 3) roots each; the last axis is summed over."""
+        """Add cells, (..., 3) roots each; `added` is what `response` multiplies.
+
+        The last axis is summed over.
+        """
         off = painted - bare
         products = (bare * bare, -bare * added, added * added, -bare * off, added * off)
         sums = np.stack([each.sum(-1) for each in products])
         self._sums = self._sums + sums if self._sums.shape == sums.shape else sums
 
     def solve(self) -> tuple[np.ndarray, np.ndarray]:
-        """cover, response."""
+        """The cover, 0..1, and the response, 0..2, of each cell."""
         a, b, c, p, q = self._sums
         det = np.maximum(a * c - b * b, 1e-9)
         return np.clip((p * c - q * b) / det, 0, 1), np.clip((a * q - b * p) / det, 0, 2)
@@ -120,7 +124,7 @@ def measure(folder: Path, out: Path) -> None:
 
 
 def _splat(cheeks: np.ndarray, seen: Cheeks) -> None:
-    """Add the nodes of a face to the map (32, 32, 4): roots, and how many there are."""
+    """Add the nodes of a face to the map (32, 32, 4): sums of roots, and numbers of nodes."""
     x, y = (np.rint(part).astype(int) for part in seen.cells())
     inside = (x >= 0) & (x < SIDE) & (y >= 0) & (y < SIDE) & (seen.skin > _SURELY_SKIN)
     counted = np.concatenate([seen.roots, np.ones_like(seen.roots[..., :1])], -1)[inside]
@@ -161,7 +165,7 @@ class Painted:
     def _add_shares(
         self, name: str, bare: np.ndarray, painted: np.ndarray, share: np.ndarray, root: np.ndarray
     ) -> None:
-        """Add places where only a share of the product lies, as one sum."""
+        """Add places that the product covers only in part, all to one sum."""
         covered = bare * share
         added = np.broadcast_to(root * share, covered.shape)
         self.shown[name].add(covered.ravel(), (painted - bare + covered).ravel(), added.ravel())

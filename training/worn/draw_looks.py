@@ -11,18 +11,18 @@ from makeup_video.pipeline.look.params import rgb_of_hex
 from makeup_video.training.worn.table import rows_of
 
 Rgb = tuple[float, float, float]
-# How often each kind is worn, and each slot where there is eyeshadow.
+# How often each kind is worn, and, where eyeshadow is worn, each of its slots.
 KIND_SHARE = {"lipstick": 0.5, "eyeshadow": 0.6, "eyeliner": 0.45, "blush": 0.4}
 SLOT_SHARE = {
     "lid": 0.8, "crease": 0.55, "outer": 0.4, "under": 0.4, "inner": 0.15, "brow_bone": 0.2,
 }  # fmt: skip
-_SAME_COLOUR = 0.5  # of the further slots: that of the lid, a little lighter or darker
-_FROM_SHOPS = 0.7  # of the colours of lips and lids
+_SAME_COLOUR = 0.5  # share of the further slots in the first one's colour, lighter or darker
+_FROM_SHOPS = 0.7  # share of the colours of lips and lids that come from shops' products
 _PARTS = {kind.name: kind.part for kind in KINDS.values()}
 
 
 def read_shades(folder: Path) -> dict[str, list[str]]:
-    """Hex colours of products by part."""
+    """Hex colours of products, for each part of the face."""
     tables = {"lips": "lip_shades.csv", "eyes": "eyeshadow_shades.csv"}
     return {part: [row["hex"] for row in rows_of(folder / name)] for part, name in tables.items()}
 
@@ -32,7 +32,7 @@ def draw_look(
     shades: dict[str, list[str]],
     shares: Mapping[str, float] = KIND_SHARE,
 ) -> Look:
-    """A look of some kinds, in colours of shops or in any colours.
+    """A look of some kinds, in colours of shops' products or in random colours.
 
     shares: how often each kind is worn.
     """
@@ -95,7 +95,7 @@ def _layer(
 
 
 def rgb_from(rng: np.random.Generator, shades: Sequence[str]) -> Rgb:
-    """A colour of a shop, or any colour, codes 0..255."""
+    """The colour of a shop's product, or a random colour; codes 0..255."""
     if shades and rng.random() < _FROM_SHOPS:
         known = rgb_of_hex(shades[rng.integers(len(shades))])
         if known is not None:

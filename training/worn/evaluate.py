@@ -2,10 +2,10 @@
 
     python -m makeup_video.training.worn.evaluate runs/makeup.onnx runs/check.npz runs/looks.npz
 
-Prints for each label, by the net, by the colours and by both: the area under the ROC curve, the
-share of bare faces that are called worn where nine of ten clear ones are found, and the share of
-clear ones that are found where 15 % of bare ones are called worn. The scales and the shift turn
-log-odds into probabilities (Platt 1999).
+For each label the command measures the net, the colours, and both together. It prints the area
+under the ROC curve, the share of bare faces read as made up when nine of ten clearly made-up faces
+are found, and the share of clearly made-up faces found when 15 % of bare faces are read as made up.
+The scales and the shift turn log-odds into probabilities (Platt 1999).
 """
 
 import argparse
@@ -23,7 +23,7 @@ _RIDGE = 1e-3
 
 
 def log_odds(net: Path, inputs: np.ndarray) -> np.ndarray:
-    """(N, labels): the mean over each picture and its mirror image, as the product takes it."""
+    """(N, labels): the mean over each picture and its mirror image, as in the product."""
     run = from_onnx(net)  # -> log_odds, numbers
     runs = [
         run(both[at : at + 64])[0]
@@ -36,9 +36,9 @@ def log_odds(net: Path, inputs: np.ndarray) -> np.ndarray:
 
 
 def calibrated(scores: np.ndarray, is_worn: np.ndarray) -> np.ndarray:
-    """The scales (N,) of scores (M, N) and the shift by which the labels are most probable.
+    """(N + 1,): the scales of scores (M, N) and the shift that make the labels most probable.
 
-    No scale is negative: a score that would be turned round is left out.
+    No scale is negative: a score whose scale would be negative is left out, with a scale of 0.
     """
     columns = list(range(scores.shape[1]))
     while True:

@@ -1,10 +1,11 @@
-"""How well the form of eyeliners in real photos is read.
+"""Measures how well the form of eyeliner is read in real photos.
 
     python -m makeup_video.training.worn.evaluate_liner --looks DIR...
 
 The folders have the photos that liners_of_looks.csv names: people with makeup on whom eyeliner is
-read. Two people labelled each: wing and lower line (0 no, 1 not sure or not agreed, 2 yes), and of
-the line the thickness, of a wing the length and the angle (means).
+read. Two people labelled in each photo whether there is a wing and a lower line (0 no, 1 not sure
+or not agreed, 2 yes), the thickness of the line, and the length and the angle of a wing. The file
+has the means of their numbers.
 """
 
 import argparse
@@ -47,7 +48,7 @@ def _numbers(rows: list[dict[str, str]], name: str) -> np.ndarray:
 
 
 def _found(name: str, read_as: np.ndarray, label: np.ndarray) -> str:
-    """In how many photos something is read, by their labels."""
+    """In how many photos a wing or a lower line is read, for each of their labels."""
     counts = [f"{read_as[label == one].sum()} of {(label == one).sum()}" for one in (2, 1, 0)]
     return f"{name}: read in {counts[0]} with one, {counts[1]} unsure, {counts[2]} without"
 

@@ -1,9 +1,10 @@
-"""How well the gloss and the fade of lipsticks in real photos are read.
+"""Measures how well the gloss and the fade of lipstick are read in real photos.
 
     python -m makeup_video.training.worn.evaluate_lipstick --looks DIR...
 
-The folders have the photos that lipsticks_of_looks.csv names: people with makeup. Two people
-labelled the gloss and the fade of each, as of read_lipstick.py (means).
+The folders have the photos of people with makeup that lipsticks_of_looks.csv names. Two people
+labelled the gloss and the fade in each photo, on the scales of read_lipstick.py. The file has the
+means.
 """
 
 import argparse

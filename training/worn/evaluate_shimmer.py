@@ -1,4 +1,4 @@
-"""How well the shimmer of eyeshadows in real photos is read.
+"""Measures how well the shimmer of eyeshadow is read in real photos.
 
     python -m makeup_video.training.worn.evaluate_shimmer --looks DIR...
 
@@ -19,7 +19,7 @@ from makeup_video.training.worn.scores import agreement
 from makeup_video.training.worn.table import photos_of
 
 _LABELS = Path(__file__).with_name("shimmer_of_looks.csv")
-_CLEARLY = 1.5  # a mean from which on at least one of the two called the lids shimmering
+_CLEARLY = 1.5  # from this mean on, at least one of the two people saw shimmer, a rating of 2
 
 
 def evaluate(folders: list[Path]) -> str:

@@ -2,11 +2,12 @@
 
     python -m makeup_video.training.worn.fit_colours --faces DIR --out pipeline/weights
 
-DIR has folders `portraits` and `wild` with worn.csv, as of worn/prepare.py. Writes
-bare_colours.npy and bare_lips.npy, what areas of bare faces and lips look like; worn_lips.npy, for
-lipstick a weight for each number, and a constant; worn_colours.npy, the same by further kind. The
-product ships what was fitted while hair over the forehead still counted as skin, and hair beside
-the eyes as eyeshadow (docs/decisions/reference.md).
+DIR has the folders `portraits` and `wild` with worn.csv, as worn/prepare.py describes them. The
+command writes bare_colours.npy and bare_lips.npy, which describe areas of bare faces and lips. It
+also writes the models, which have a weight for each number and a constant: worn_lips.npy for
+lipstick, and worn_colours.npy for each other kind. The shipped files were fitted while hair over
+the forehead still counted as skin, and hair beside the eyes as eyeshadow
+(docs/decisions/reference.md).
 """
 
 import argparse
@@ -23,15 +24,15 @@ from makeup_video.training.worn.prepare import LABELS, labelled_faces
 from makeup_video.training.worn.scores import UNKNOWN, logistic
 
 SETS = ("wild", "portraits")
-# Of weights for numbers of variance 1: tried on photos between 30 and 1000.
+# For weights of numbers scaled to variance 1. Ridges from 30 to 1000 were tried on photos.
 RIDGE, LIPS_RIDGE = 300.0, 100.0
-# By area: the kinds without which it is bare.
+# For each area, the labels that must be 0 for the area to be bare.
 _BARE_WITHOUT = (("lips",), ("blush",), *(("shadow", "liner"),) * 4)
-_LEAST_SPREAD = 1e-3  # of logarithms
+_LEAST_SPREAD = 1e-3  # added to variances, so that the covariance can be inverted
 
 
 def read(folder: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Logarithms (N, 226), numbers of the lips (N, 102) and labels (N, 4) of the largest face of
+    """Logarithms (N, 226), numbers of the lips (N, 102) and labels (N, 4) of the largest face in
     each picture."""
     numbers, lips, labels = [], [], []
     for name in SETS:
@@ -46,7 +47,7 @@ def read(folder: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def bare_areas(logarithms: np.ndarray, labels: np.ndarray) -> np.ndarray:
-    """(6, 12) of with_distances, each area from the faces that wear nothing there."""
+    """The (6, 12) that with_distances takes, each area measured on faces that are bare there."""
     columns = list(LABELS)
     rows12 = []
     for number, names in enumerate(_BARE_WITHOUT):
@@ -56,7 +57,7 @@ def bare_areas(logarithms: np.ndarray, labels: np.ndarray) -> np.ndarray:
 
 
 def bare_lips(lips: np.ndarray, labels: np.ndarray) -> np.ndarray:
-    """(4, 12) of away_from_bare, from the faces without lipstick."""
+    """The (4, 12) that away_from_bare takes, measured on faces without lipstick."""
     seen = middles(lips[labels[:, 0] == 0])
     return np.array([_spread(block) for block in np.moveaxis(seen, 1, 0)], np.float32)
 
@@ -70,7 +71,7 @@ def _spread(colours: np.ndarray) -> np.ndarray:
 def fit(numbers: np.ndarray, is_worn: np.ndarray, ridge: float = RIDGE) -> np.ndarray:
     """(N + 1,) weights and constant: logistic regression with a ridge.
 
-    Bare and made-up faces count the same in all, however many there are of each.
+    All bare faces together weigh as much as all made-up faces, however many there are of each.
     """
     mean, spread = numbers.mean(0), numbers.std(0) + 1e-6
     rows1 = np.column_stack([(numbers - mean) / spread, np.ones(len(numbers))])

@@ -1,4 +1,4 @@
-"""A small net that reads the form of a kind of makeup from a close crop, and how it is trained."""
+"""A small net that reads the form of a kind of makeup from a close crop, and its training."""
 
 import argparse
 import time
@@ -16,7 +16,7 @@ from torch import Tensor, nn
 BATCH, RATE, WARM_UP, CLIP, DECAY, AVERAGE = 96, 2e-3, 200, 5.0, 1e-3, 0.99
 CHANNELS = (12, 32, 64)
 LAST, HIDDEN, DROPPED = 96, 64, 0.3
-GRID = 2, 3  # of the means that remain of the last features
+GRID = 2, 3  # rows and columns of the last features after they are averaged
 HELD_OUT = 0.1
 
 Example = Any  # a named tuple of arrays
@@ -53,11 +53,11 @@ class Examples(ABC):
     """Packed crops, painted ones first. The last tenth of the painted ones is held out, by whole
     faces.
 
-    A file, as of packed.py, has the fields of `kind`, a named tuple with rgb8 and target.
+    packed.py writes the file. Its fields are those of `kind`, a named tuple with rgb8 and target.
     """
 
     kind: Callable[..., Example]
-    painted_share: float  # of a batch
+    painted_share: float  # share of painted crops in a batch
 
     def __init__(self, path: Path) -> None:
         with np.load(path) as data:
@@ -88,7 +88,7 @@ class Examples(ABC):
 
     @abstractmethod
     def how_often(self, targets: np.ndarray) -> np.ndarray:
-        """(N,) how often real crops are shown, by their targets."""
+        """(N,) how often each real crop is shown, which depends on its target."""
 
     @abstractmethod
     def vary(self, example: Example, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -99,9 +99,9 @@ class Examples(ABC):
 
 
 def parser_of(description: str | None, data_from: str, *, steps: int) -> argparse.ArgumentParser:
-    """The command's options.
+    """A parser of the options of a training command.
 
-    data_from: the module that packs its crops.  steps: of the whole run, by default.
+    data_from: the module that packs the crops.  steps: the default length of the whole run.
     """
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--data", type=made_by(data_from), required=True)
@@ -122,9 +122,9 @@ def learn(
 ) -> None:
     """Train a net, or continue an interrupted run; save and export it every 200 steps.
 
-    make: a new net.  config: the net's name, and how many numbers it returns.  loss_of: of a net
-    with crops and their targets.  report: how well crops with these targets are read.  write:
-    exports the net.
+    make: makes a new net.  config: the net's name, and how many numbers it returns.  loss_of: the
+    loss of a net on crops with their targets.  report: says how well a net reads crops with these
+    targets.  write: exports the net.
     """
     torch.manual_seed(0)
     torch.set_num_threads(options.threads)
@@ -132,7 +132,7 @@ def learn(
     optimiser = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
     state = Checkpoint(options.out.with_suffix(".pt"), net, optimiser, AVERAGE)
     state.resume()
-    if state.step:  # a finished run is exported again
+    if state.step:  # even a finished run, which trains no more, is exported again
         write(state.average.module, options.out)
     # a resumed run must not draw the examples of its beginning again
     rng = np.random.default_rng(state.step)
@@ -151,7 +151,7 @@ def learn(
 
 @torch.no_grad()
 def numbers_of(net: nn.Module, pictures: np.ndarray) -> np.ndarray:
-    """(N, count) what a net returns for pictures (N, H, W, 3) uint8."""
+    """The numbers (N, count) that a net returns for pictures (N, H, W, 3) uint8."""
     net.eval()
     parts = [net(torch.from_numpy(pictures[at : at + 256])) for at in range(0, len(pictures), 256)]
     net.train()
@@ -160,7 +160,7 @@ def numbers_of(net: nn.Module, pictures: np.ndarray) -> np.ndarray:
 
 
 def export(net: nn.Module, path: Path, size_wh: tuple[int, int], name: str) -> None:
-    """Write the net as ONNX: `rgb8` of this size -> `name`."""
+    """Write the net as ONNX, with the input `rgb8` of this size and the output `name`."""
     net.eval()
     torch.onnx.export(
         net, (torch.zeros(2, *size_wh[::-1], 3, dtype=torch.uint8),), str(path), dynamo=False,

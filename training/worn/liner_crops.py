@@ -3,10 +3,10 @@
     python -m makeup_video.training.worn.liner_crops --faces DIR --sets portraits \
         --shades DIR --out runs/liners.npz
 
-DIR is as for prepare.py. Faces without liner and without clear eyeshadow are painted: the truth is
-that of the drawn look. Those of liners.csv are packed as they are, with our labels: by eye, whether
-it has liner and a wing (0 no, 1 not sure, 2 yes), and how thick the line is, if somebody looked.
-Eyes too small to show that are left out.
+DIR is as for prepare.py. Faces without liner and without clear eyeshadow are painted with drawn
+looks, which give the targets. Faces that liners.csv names are packed as they are, with our labels:
+for each eye, whether it has liner and a wing (0 no, 1 not sure, 2 yes), and how thick the line is,
+if somebody looked. Eyes too small to show a line are left out.
 """
 
 import argparse
@@ -25,18 +25,18 @@ from makeup_video.training.worn.packed import pack_sets
 from makeup_video.training.worn.prepare import LABELS, parser_of
 from makeup_video.training.worn.table import rows_of
 
-SHARES = {"eyeshadow": 0.55, "eyeliner": 0.78}
+SHARES = {"eyeshadow": 0.55, "eyeliner": 0.78}  # how often each kind is painted
 _LEAST_OPACITY = 0.3  # of a liner that can be seen
-_LEAST_WIDE_PX = 24.0  # of an eye
+_LEAST_WIDE_PX = 24.0  # width of an eye
 _LABELS = Path(__file__).with_name("liners.csv")
-_KNOWN = {"0": 0.0, "1": nan, "2": 1.0}
+_KNOWN = {"0": 0.0, "1": nan, "2": 1.0}  # label -> target
 _EYES = ("right", "left")  # in the order of EYE_CORNERS
 
-Target = tuple[float, ...]  # as of NUMBERS
+Target = tuple[float, ...]  # the NUMBERS of corner.py
 
 
 def target_of(look: Look) -> Target:
-    """What is worn of eyeliner. Nobody knows how thick it looks: lashes are part of a line, too."""
+    """The target of a drawn look. Its thickness is unknown: lashes are part of a line in photos."""
     for layer in look.of("eyeliner"):
         if layer.product.opacity * layer.strength > _LEAST_OPACITY:
             shape = layer.whole_shape
@@ -47,8 +47,8 @@ def target_of(look: Look) -> Target:
 
 
 def labelled_liners() -> dict[str, list[Target | None]]:
-    """By picture, the targets of the right and the left eye of liners.csv; None where one is turned
-    away."""
+    """The targets in liners.csv of the right and the left eye, for each picture; None for an eye
+    without a label, which is turned away."""
     found: dict[str, list[Target | None]] = {}
     for row in rows_of(_LABELS):
         liner, wing, thickness = _KNOWN[row["liner"]], _KNOWN[row["wing"]], row["thickness"]

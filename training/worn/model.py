@@ -5,10 +5,10 @@ from makeup_video.pipeline.reference.makeup_input import PLACES
 from torch import Tensor, nn
 from torch.nn import functional
 
-# Channels of each stage: of the net that is shipped, and of those that it learns from.
+# Channels of each stage: of the shipped net, and of its teachers.
 CHANNELS = {"small": (16, 32, 48, 64, 64), "large": (32, 64, 96, 128, 128)}
-# How much smaller each part is made: most photos of the training are small, but a line along the
-# lashes is thin.
+# The factor by which each part is shrunk first. Most training photos are small, so the small net
+# loses little. But a line along the lashes is thin, so the eyes keep their size.
 SHRINK = {
     "small": {"eyes": 1, "face": 2, "lips": 2},
     "large": {"eyes": 1, "face": 1, "lips": 1},
@@ -19,7 +19,7 @@ class Tower(nn.Sequential):
     """(N, 3, H, W) -> (N, 2 * channels[-1]): means and maxima of the last features."""
 
     def __init__(self, channels: tuple[int, ...], shrink: int) -> None:
-        """channels: of each stage.  shrink: how much smaller the input is made first."""
+        """channels: of each stage.  shrink: the factor by which the input is shrunk first."""
         layers: list[nn.Module] = []
         before = 3
         for number, here in enumerate(channels[: len(channels) - shrink + 1]):
@@ -44,7 +44,7 @@ def _block(before: int, channels: int, stride: int) -> list[nn.Module]:
 
 
 class MakeupNet(nn.Module):
-    """Inputs (N, 160, 192, 3) uint8 -> log-odds of what is worn and the numbers of the look."""
+    """Inputs (N, 160, 192, 3) uint8 -> log-odds of each kind of makeup, and numbers of the look."""
 
     def __init__(self, labels: int, numbers: int, size: str = "small") -> None:
         """size: one of CHANNELS."""
@@ -55,7 +55,7 @@ class MakeupNet(nn.Module):
         self.worn, self.numbers = _head(features, labels), _head(features, numbers)
 
     def forward(self, rgb8: Tensor) -> tuple[Tensor, Tensor]:
-        """(N, labels) log-odds, (N, numbers) of about 0..1."""
+        """(N, labels) log-odds, and (N, numbers) in 0..1."""
         x = rgb8.permute(0, 3, 1, 2).float() / 127.5 - 1
         seen = [
             self.towers[part](x[:, :, top : top + high, left : left + wide])

@@ -3,9 +3,9 @@
     python -m makeup_video.training.worn.mouth_crops --faces DIR --sets portraits \
         --shades DIR --out runs/mouths.npz
 
-DIR is as for prepare.py. Mouths without lipstick are painted; their targets are what a person said
-of lips painted with such gloss and gradient. Mouths of lipsticks.csv are packed as they are, with
-the labels that we gave them by eye.
+DIR is as for prepare.py. Mouths without lipstick are painted. Their targets are the gloss and the
+fade that a person saw on lips painted with such gloss and gradient. Mouths that lipsticks.csv names
+are packed as they are, with the labels that we gave them by eye.
 """
 
 import argparse
@@ -28,22 +28,22 @@ from makeup_video.training.worn.table import rows_of
 _LABELS = Path(__file__).with_name("lipsticks.csv")
 _FADES, _SHINES, _COVERS = 0.5, 0.7, 0.75  # how often a lipstick fades, shines and covers
 _COVERING = 0.85  # least opacity of one that covers
-# What a person said of 240 lips painted with such numbers (means).
+# Gloss and gradient of 240 painted mouths, and the mean gloss and fade that a person saw there.
 _GLOSS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.15, 1.4)
 _GLOSS_SAID = (0.46, 0.8, 1.05, 1.3, 1.45, 1.66, 1.88, 2.1)
 _GRADIENT = (0.0, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0)
 _FADE_SAID = (0.08, 0.08, 0.15, 0.5, 1.06, 1.68, 1.95)
 
-Target = tuple[float, float]  # as of NUMBERS
+Target = tuple[float, float]  # the NUMBERS of mouth.py
 
 
 def labelled_lipsticks() -> dict[str, Target]:
-    """By picture, the targets of lipsticks.csv."""
+    """The targets in lipsticks.csv, for each picture."""
     return {row["name"]: (float(row["gloss"]), float(row["fade"])) for row in rows_of(_LABELS)}
 
 
 def draw_lipstick(rng: np.random.Generator, shades: Sequence[str]) -> Layer:
-    """A lipstick with any gloss and gradient; either is often 0."""
+    """A lipstick with a random gloss and gradient; either is often 0."""
     gradient = float(rng.uniform(0.1, 1)) if rng.random() < _FADES else 0.0
     gloss = float(rng.uniform(0, 1.3)) if rng.random() < _SHINES else 0.0
     covers = (_COVERING, 1.0) if rng.random() < _COVERS else (0.35, _COVERING)
@@ -58,7 +58,7 @@ def draw_lipstick(rng: np.random.Generator, shades: Sequence[str]) -> Layer:
 
 
 def target_of(lipstick: Layer) -> Target:
-    """What people would say of a drawn lipstick."""
+    """The gloss and the fade that a person would see in a drawn lipstick."""
     gloss = float(np.interp(lipstick.product.gloss, _GLOSS, _GLOSS_SAID))
     return gloss, float(np.interp(lipstick.whole_shape["gradient"], _GRADIENT, _FADE_SAID))
 

@@ -14,7 +14,10 @@ Crop = Any  # a named tuple of arrays
 
 
 def in_crop(points_px: np.ndarray, to_px: AffineArray) -> np.ndarray:
-    """Float32: points of a photo, (..., 2), in px of a crop; to_px: the crop's map to the photo."""
+    """Points of a photo, (..., 2) px, in px of a crop, float32.
+
+    to_px: the map from the crop to the photo.
+    """
     to_crop = invert(to_px)
     return np.float32(points_px @ to_crop[:, :2].T + to_crop[:, 2])
 
@@ -24,14 +27,15 @@ def pack_sets(
     real_of: Callable[[str, np.ndarray, Face], Iterable[Crop]],
     painted_of: Callable[[np.ndarray, Face, list[int]], Iterable[Crop]],
 ) -> None:
-    """Pack the crops of all pictures of some sets; options: as of prepare.parser_of.
+    """Pack the crops of all pictures of some sets; options: parsed by prepare.parser_of.
 
-    real_of: crops of a picture by its name, if it has labels.  painted_of: crops of a picture with
-    makeup painted on, if it may be, by its labels as of prepare.rows.
+    real_of: the crops of a picture as it is, by its name; none if the picture has no labels of the
+    form.  painted_of: the crops of a picture with makeup painted on, by its labels from
+    prepare.rows; none if the face wears such makeup already.
     """
     painted: list[Crop] = []
     real: list[Crop] = []
-    faces: list[int] = []  # of each painted crop
+    faces: list[int] = []  # the number of each painted crop's face
     for name in options.sets:
         pictures = dict(rows(options.faces / name))
         for path, rgb8, face in named_faces(pictures):
@@ -49,7 +53,9 @@ def pack_sets(
 def save_crops(
     path: Path, painted: Sequence[Crop], real: Sequence[Crop], faces: Sequence[int]
 ) -> None:
-    """Write named tuples of one kind, a field each, is_real and face; the painted ones come first.
+    """Write named tuples of one kind, an array for each field, and the arrays is_real and face.
+
+    The painted crops come first.
 
     faces: the number of the face of each painted crop, rising; -1 is stored for real ones.
     """

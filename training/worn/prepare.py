@@ -3,10 +3,10 @@
     python -m makeup_video.training.worn.prepare --faces DIR --sets portraits wild \
         --shades DIR --out runs/worn.npz
 
-DIR has a folder for each set, with pictures and worn.csv: name, the labels of LABELS (0 bare, 1 do
-not know, 2 clear) and flags. A look is painted only on faces where all labels are 0, so that
-nothing else is worn. With --unlabelled the pictures are packed that worn.csv does not name. Beside
-each input stand the log-odds of the real face's colours (fit_colours.py comes first).
+DIR has a folder for each set, with pictures and worn.csv, whose columns are name, LABELS (0 bare,
+1 not known, 2 clear) and flags. A look is painted only on faces whose labels are all 0, so that
+these wear nothing else. With --unlabelled, the pictures that worn.csv does not name are packed.
+Each input is packed with the log-odds from the real face's colours, so run fit_colours.py first.
 """
 
 import argparse
@@ -33,19 +33,21 @@ from makeup_video.training.worn.table import has_table, labelled_rows
 # The columns of worn.csv, and the kind of makeup that each is about.
 LABELS = dict(zip(("lips", "shadow", "liner", "blush"), WORN, strict=True))
 UNUSABLE = set("xys")  # flags: unusable, grey, sunglasses
-# Median CIEDE2000 by which paint must change the part of the input that shows it: below the first
-# it counts as nothing, from the second on as clear.
+# Median CIEDE2000 by which paint changes pixels of the input. Below UNSEEN a kind counts as bare,
+# from CLEAR on as clear, in between as unknown.
 UNSEEN, CLEAR = 1.5, 4.0
+# The part of the input that shows the makeup of each label.
 _SEEN_IN = {"lips": "lips", "shadow": "eyes", "liner": "eyes", "blush": "face"}
-_LEAST_DIFFERENT = 1.0  # CIEDE2000: pixels that changed by less are not painted
+_LEAST_DIFFERENT = 1.0  # CIEDE2000; a pixel that changed by no more is not painted
 _KEYS = ("inputs", "labels", "vectors", "weights", "sources", "real", "colours")
+# Where the vector has the opacity of each layer, which comes before its colour and its dials.
 _OPACITIES = np.cumsum([0] + [4 + len(dials) for *_, dials in LAYERS])[:-1]
 
 
 def rows(folder: Path) -> Iterator[tuple[Path, list[int]]]:
-    """Pictures of a set with their labels, UNKNOWN for 1; unusable ones are left out.
+    """The usable pictures of a set with their labels: 0 bare, 1 clear, or UNKNOWN.
 
-    Without worn.csv all are bare.
+    Without worn.csv all pictures count as bare.
     """
     if not folder.is_dir():
         raise SystemExit(f"there is no folder {folder}: name the sets of --faces with --sets")
@@ -56,14 +58,14 @@ def rows(folder: Path) -> Iterator[tuple[Path, list[int]]]:
         if set(row["flags"]) & UNUSABLE:
             continue
         labels = [{"0": 0, "2": 1}.get(row[name].strip(), UNKNOWN) for name in LABELS]
-        # something is in front: what is not seen is not known to be bare
+        # h: something is in front of the face, and may hide makeup on what looks bare
         if "h" in row["flags"]:
             labels = [UNKNOWN if label == 0 else label for label in labels]
         yield folder / row["name"], labels
 
 
 def rows_without_labels(folder: Path) -> Iterator[tuple[Path, list[int]]]:
-    """The other pictures of a set, of which nothing is known."""
+    """The pictures of a set that worn.csv does not name, with all labels UNKNOWN."""
     named = {row["name"] for row in labelled_rows(folder)} if has_table(folder) else set()
     for path in sorted(folder.glob("*.jpg")):
         if path.name not in named:
@@ -71,21 +73,21 @@ def rows_without_labels(folder: Path) -> Iterator[tuple[Path, list[int]]]:
 
 
 def labelled_faces(folder: Path) -> Iterator[tuple[np.ndarray, Face, list[int]]]:
-    """The largest face of each picture of a set, (H, W, 3) uint8, with its labels as of `rows`."""
+    """Each picture of a set, (H, W, 3) uint8, its largest face, and its labels from `rows`."""
     return faces_of(rows(folder))
 
 
 def faces_of(
     pictures: Iterable[tuple[Path, list[int]]],
 ) -> Iterator[tuple[np.ndarray, Face, list[int]]]:
-    """As labelled_faces, of these pictures with their labels."""
+    """Like labelled_faces, for the given pictures and labels."""
     known = dict(pictures)
     for path, rgb8, face in named_faces(known):
         yield rgb8, face, known[path]
 
 
 def named_faces(paths: Iterable[Path]) -> Iterator[tuple[Path, np.ndarray, Face]]:
-    """The largest face of each picture, (H, W, 3) uint8, if it has one."""
+    """Each picture that shows a face: its path, its px (H, W, 3) uint8, and its largest face."""
     for path in paths:
         bgr = cv2.imread(str(path))
         rgb8 = None if bgr is None else np.ascontiguousarray(bgr[..., ::-1])
@@ -97,7 +99,10 @@ def named_faces(paths: Iterable[Path]) -> Iterator[tuple[Path, np.ndarray, Face]
 def painted(
     rgb8: np.ndarray, face: Face, look: Look, paint: PaintPictures
 ) -> tuple[np.ndarray, list[int]]:
-    """The input with a look on, and its labels: what hardly shows is unknown, or bare."""
+    """The input of a face with a look on, and its labels.
+
+    A kind of makeup that hardly shows is labelled as unknown or bare.
+    """
     light = photo_light(rgb8, face)
     bare = makeup_input(rgb8, face, light)
     made_up = paint(rgb8, look, [face])
@@ -112,7 +117,7 @@ def painted(
 
 
 def _seen(bare: np.ndarray, made_up: np.ndarray, part: str) -> int:
-    """The label of a kind of makeup: by how much it changes the part that it is painted on."""
+    """The label of a kind of makeup, from how much the kind changes its part of the input."""
     left, top, wide, high = PLACES[part]
     at = np.s_[top : top + high, left : left + wide]
     off = ciede2000(lab_of(bare[at]), lab_of(made_up[at]))
@@ -149,7 +154,7 @@ def pack(options: argparse.Namespace) -> None:
 def _example(seen: np.ndarray, worn: list[int], look: Look | None, source: int) -> list[np.ndarray]:
     """Input, labels, vector, weights of the vector, source, and whether the face is real."""
     vector, weights = to_vector(look or Look())
-    if look is None:  # a real face: what is worn has numbers that nobody knows
+    if look is None:  # a real face: only the opacity of a kind that is not worn is known, 0
         weights = np.zeros_like(weights)
         weights[_OPACITIES] = [worn[WORN.index(kind)] == 0 for kind, *_ in LAYERS]
     labels = np.array(worn, np.uint8)
@@ -157,9 +162,9 @@ def _example(seen: np.ndarray, worn: list[int], look: Look | None, source: int) 
 
 
 def parser_of(description: str | None, *, looks: int) -> argparse.ArgumentParser:
-    """The command's options: which faces are packed, and the looks that are painted on them.
+    """A parser of the options: which faces are packed, and which looks are painted on them.
 
-    looks: on each face, by default.
+    looks: the default number of looks on each face.
     """
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--faces", type=existing, required=True)

@@ -1,11 +1,12 @@
-"""Measures how looks are read from real photographs, and writes that section of the documents.
+"""Measures how well looks are read from real photographs, and writes that section of the docs.
 
     python -m makeup_video.training.worn.real_photos --labelled DIR --looks DIR... --bare DIR \
         --page docs/results.md --sheets DIR
 
-labelled: pictures and worn.csv, as of worn/prepare.py. looks: folders of people with makeup.
-bare: people without. The section stands between two markers of the page. sheets: a folder for
-pictures of every photo beside three bare faces that wear its look.
+labelled: a folder of pictures with worn.csv, as worn/prepare.py describes it. looks: folders of
+people with makeup. bare: a folder of people without makeup. page: the file that has the section,
+between two markers. sheets: a folder for pictures of every photo beside three bare faces that wear
+its look.
 """
 
 import argparse
@@ -30,22 +31,22 @@ from makeup_video.training.worn.table import has_table, labelled_rows, photos_of
 from makeup_video.training.worn.zones import EYES, ZONES, Seen, Transfer, see
 
 BEGIN, END = "<!-- real photographs -->", "<!-- end of real photographs -->"
-_LONGEST_PX = 700
-_ODD = UNUSABLE | {"p"}  # flags: face paint, in square pixels, as well
-_SHEET_PX = 300
-_BINS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
+_LONGEST_PX = 700  # photos with a longer side are scaled down to it
+_ODD = UNUSABLE | {"p"}  # flags of photos that are left out; p: face paint, or pixelated
+_SHEET_PX = 300  # side of each picture on a sheet
+_BINS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)  # of the probabilities
 _ALARMS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3)  # rates at which the page gives the ROC curves
 
 
 @dataclass
 class Worn:
-    """Probabilities of one kind, by label: bare or clearly worn."""
+    """The probabilities read for one kind, on faces labelled as bare and as clearly wearing it."""
 
     bare: list[float] = field(default_factory=list)
     clear: list[float] = field(default_factory=list)
 
     def shares(self, threshold: float) -> tuple[float, float]:
-        """The share read as worn: of the bare ones, of the clear ones."""
+        """The shares of bare and of clear faces that are read as wearing the kind."""
         bare, clear = (np.array(each) >= threshold for each in (self.bare, self.clear))
         return float(bare.mean()), float(clear.mean()) if len(clear) else float("nan")
 
@@ -54,11 +55,11 @@ class Worn:
         return area_under_curve(scores, np.arange(len(scores)) >= len(self.bare))
 
     def alarms_at(self, found: float) -> float:
-        """The share of bare faces read as worn where this share of clear ones is found."""
+        """The share of bare faces read as worn when this share of clear ones is found."""
         return float((np.array(self.bare) >= np.quantile(self.clear, 1 - found)).mean())
 
     def found_at(self, alarms: float) -> float:
-        """The share of clear ones that is found where this share of bare faces is read as worn."""
+        """The share of clear faces that is found when this share of bare ones is read as worn."""
         return float((np.array(self.clear) >= np.quantile(self.bare, 1 - alarms)).mean())
 
 
@@ -71,7 +72,7 @@ def read(path: Path) -> np.ndarray:
 
 
 def estimated(paths: list[Path]) -> Iterator[tuple[Path, Seen, Estimate]]:
-    """Photos whose largest face can be read; refusals are printed."""
+    """The photos whose largest face can be read, each with its estimate; refusals are printed."""
     for path in paths:
         rgb8 = read(path)
         faces = faces_within(rgb8)
@@ -85,8 +86,8 @@ def estimated(paths: list[Path]) -> Iterator[tuple[Path, Seen, Estimate]]:
 def labelled_layers(
     table: Path, folders: list[Path], kind: str
 ) -> list[tuple[dict[str, str], Seen, Layer]]:
-    """The layers of a kind that are read in the photos of these folders that a table names, each
-    with the photo and its row. Raises SystemExit where there is none."""
+    """The layers of a kind that are read in the photos that a table names, each with the photo and
+    its row of the table. Raises SystemExit if there is no such layer."""
     labels = photos_of(table, folders)
     found = [
         (labels[path], photo, layer)
@@ -104,7 +105,10 @@ def labels_of(folder: Path) -> dict[str, dict[str, str]]:
 
 
 def worn_of(folder: Path, step: int = 1) -> dict[str, Worn]:
-    """By column of worn.csv, of every step-th photo; a folder without the table is bare."""
+    """The probabilities for each column of worn.csv, from every step-th photo of a folder.
+
+    A folder without worn.csv counts as bare.
+    """
     found = {name: Worn() for name in LABELS}
     if has_table(folder):
         rows = labels_of(folder)
@@ -118,7 +122,7 @@ def worn_of(folder: Path, step: int = 1) -> dict[str, Worn]:
 
 
 def transfer_of(looks: list[Path], bare: list[Path], sheets: Path | None) -> Transfer:
-    """The zone measure over all photos, and a sheet of each."""
+    """The zone measure over all photos. A sheet of each photo is written to `sheets`."""
     pictures = [(path, read(path)) for path in bare]
     faces = [see(rgb8, found[0]) for _, rgb8 in pictures if (found := find_faces(rgb8))]
     transfer, painter = Transfer(faces), PaintPictures()
@@ -152,7 +156,8 @@ def section(
 ) -> str:
     """The section as Markdown, down to the end of its tables.
 
-    made_up: further labelled faces, for ROC curves and the reliability of the probabilities alone.
+    made_up: further labelled faces, which count only in the ROC curves and in the reliability of
+    the probabilities.
     """
     rows = []
     for name, kind in LABELS.items():
@@ -203,7 +208,7 @@ def section(
 
 
 def _reliability(one: Worn, low: float, high: float) -> str:
-    """Of the faces with such a probability, how many wear it, and how many there are."""
+    """The share of the faces with a probability in the bin that wear the kind, and their number."""
     bare, clear = (
         int(((np.array(each) >= low) & (np.array(each) < high + (high == 1))).sum())
         for each in (one.bare, one.clear)

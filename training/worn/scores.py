@@ -1,19 +1,19 @@
-"""Scores of what is read as worn, and the model that turns numbers into probabilities."""
+"""Measures of how well makeup is read, and the logistic model that gives probabilities."""
 
 import numpy as np
 
 _STEPS = 30  # of Newton's method, which settles within ten
-_FLAT = 1e-6  # curvature that a row has at least, so that the equations can be solved
+_FLAT = 1e-6  # added to the curvature of each row, so that the equations can be solved
 UNKNOWN = 255  # the label of a face that is neither clearly bare nor clearly made up
 
 
 def area_under_curve(scores: np.ndarray, is_worn: np.ndarray) -> float:
-    """The share of pairs of a made-up and a bare face that are in the right order, (N,) each.
+    """The share of the pairs of a made-up and a bare face in which the made-up one scores higher.
 
-    Half of those with the same score count.
+    scores, is_worn: (N,). A pair with equal scores counts half. nan without faces of both kinds.
     """
     _, place, counts = np.unique(scores, return_inverse=True, return_counts=True)
-    order = (np.cumsum(counts) - (counts - 1) / 2)[place]  # ranks from 1, the mean of ties
+    order = (np.cumsum(counts) - (counts - 1) / 2)[place]  # ranks from 1; ties share their mean
     count = int(is_worn.sum())
     if count in (0, len(is_worn)):
         return float("nan")
@@ -26,7 +26,7 @@ def logistic(
 ) -> np.ndarray:
     """(N,) weights of logistic regression on rows (M, N), by Newton's method.
 
-    counts: how much each row counts.  ridge: on the squares of the weights.
+    counts: the weight of each row.  ridge: the penalty on the squares of the weights.
     """
     weights = np.zeros(rows.shape[1])
     for _ in range(_STEPS):
@@ -38,7 +38,10 @@ def logistic(
 
 
 def agreement(name: str, found: np.ndarray, true: np.ndarray) -> str:
-    """In words, how numbers that are found agree with the truth where that is known (not nan)."""
+    """One line on how well numbers that are read agree with the true ones, where those are known.
+
+    found, true: (N,); an unknown true number is nan.
+    """
     known = np.isfinite(true)
     found, true = found[known], true[known]
     correlation = np.corrcoef(found, true)[0, 1]

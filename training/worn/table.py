@@ -1,4 +1,4 @@
-"""Tables of labels: worn.csv, what is worn in each picture of a folder, and our own."""
+"""Tables of labels: a folder's worn.csv, which lists the makeup in its pictures, and our own."""
 
 import csv
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ def rows_of(path: Path) -> list[dict[str, str]]:
 
 
 def photos_of(path: Path, folders: Sequence[Path]) -> dict[Path, dict[str, str]]:
-    """The rows of a CSV file of labels by the photos of these folders that they name."""
+    """The rows of a CSV file of labels, by the photo that each names in one of these folders."""
     places = [(folder / row["name"], row) for row in rows_of(path) for folder in folders]
     return {photo: row for photo, row in places if photo.exists()}
 

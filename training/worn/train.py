@@ -3,11 +3,12 @@
     python -m makeup_video.training.worn.train --data runs/portraits.npz runs/wild.npz \
         --out runs/reference_makeup.onnx
 
-Light, colour, sharpness and noise vary as in photos. One fold of the real faces of a set is held
-out, with what was painted on them: neighbours in a set are often the same person. Beside the net
-lie its log-odds of all faces (OUT.npy). Given those of one net for each fold (--teachers), a net
-learns their answers for faces that they were not trained on, beside the labels: labels of one look
-are sometimes wrong, and faces without labels teach as well.
+Light, colour, sharpness and noise vary as in photos. Of each set, one fold of neighbouring real
+faces is held out with their painted copies: neighbours are often the same person. The net's
+log-odds for all faces are written beside the net (OUT.npy). --teachers takes such files of one net
+for each fold. A net then learns from the teachers beside the labels: for a labelled face, from the
+teacher that was not trained on that face. Teachers help because labels given at a glance are
+sometimes wrong, and because faces without labels then teach as well.
 """
 
 import argparse
@@ -25,13 +26,13 @@ from makeup_video.training.worn.scores import UNKNOWN, area_under_curve
 from torch import Tensor, nn
 from torch.nn import functional
 
-FOLDS = 10  # by default, of which the last is held out
+FOLDS = 10  # the default; by default the last fold is held out
 RATE, WARM_UP, CLIP, DECAY, AVERAGE = 2e-3, 200, 5.0, 2e-2, 0.998
 PAINTED_SHARE = 0.4  # of a batch: faces that wear drawn looks
 UNLABELLED_SHARE = 0.3  # of a batch: faces without labels, where there are teachers
-TAUGHT = 0.8  # of the target of a known label: what the teachers answer
-ALIKE = 40  # pictures that are made coarser alike
-SMOOTH = 0.05  # of labels: some are wrong
+TAUGHT = 0.8  # share of the teachers' answer in the target of a known label
+ALIKE = 40  # so many pictures are made coarser by the same factor
+SMOOTH = 0.05  # how far labels are moved from 0 and 1, because some are wrong
 NUMBERS = 8.0  # weight of the numbers' squared error beside the labels' entropy
 _KEYS = "inputs", "labels", "vectors", "weights", "real"
 
@@ -58,8 +59,8 @@ def _varied(rgb8: Tensor) -> Tensor:
 
 
 def _by_parts(x: Tensor) -> Tensor:
-    """Mirror, shift, turn, light from a side and blur each part by itself, and cover a piece of it;
-    the mirror is the same for all parts."""
+    """Shift and turn each part by itself, light it from a side, and cover a piece of it. Mirroring
+    and coarseness are the same for all parts of a picture."""
     out = x.clone()
     flip = torch.rand(len(x), device=x.device) < 0.5
     coarse = torch.rand(()) < 0.6
@@ -101,7 +102,7 @@ def _from_a_side(part: Tensor) -> Tensor:
 
 
 def _covered(part: Tensor) -> Tensor:
-    """Three of ten have a box in a colour of any kind before them, of up to two fifths."""
+    """Cover three of ten parts with a box in a random colour, up to two fifths of each side."""
     n, _, high, wide = part.shape
     middle, size = torch.rand(2, n, 2, 1, 1, device=part.device)
     size = size * 0.2 * (torch.rand(n, 1, 1, 1, device=part.device) < 0.3)
@@ -114,7 +115,7 @@ def _covered(part: Tensor) -> Tensor:
 def targets_of(labels: np.ndarray, taught: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """The probabilities (N, labels) that a net is to learn, and whether they are known.
 
-    taught: log-odds of the teachers.
+    taught: (N, labels), the log-odds of the teachers, if there are any.
     """
     known = labels != UNKNOWN
     probabilities = np.where(labels == 1, 1 - SMOOTH, SMOOTH)
@@ -128,7 +129,7 @@ def targets_of(labels: np.ndarray, taught: np.ndarray | None) -> tuple[np.ndarra
 def loss_of(
     found: tuple[Tensor, Tensor], targets: Tensor, known: Tensor, vectors: Tensor, weights: Tensor
 ) -> Tensor:
-    """Cross-entropy of the targets that are known, and squared error of the numbers by weight."""
+    """Cross-entropy of the known targets, and the weighted squared error of the numbers."""
     logits, numbers = found
     each = functional.binary_cross_entropy_with_logits(logits, targets, reduction="none")
     off = weights * (numbers - vectors) ** 2
@@ -136,8 +137,8 @@ def loss_of(
 
 
 def split(sources: np.ndarray, real: np.ndarray, folds: int, fold: int) -> np.ndarray:
-    """(N,) bool: the examples of one of the folds, which are held out."""
-    person = np.cumsum(real)  # what is painted follows its face
+    """(N,) bool: the examples of the fold that is held out."""
+    person = np.cumsum(real)  # the painted copies of a face follow it
     held = np.zeros(len(real), bool)
     for source in np.unique(sources):
         of = np.unique(person[sources == source])
@@ -147,8 +148,10 @@ def split(sources: np.ndarray, real: np.ndarray, folds: int, fold: int) -> np.nd
 
 
 def teachers_of(odds: list[np.ndarray], data: dict[str, np.ndarray]) -> np.ndarray:
-    """The log-odds (N, labels) of one net for each fold: of the net that did not learn from a face,
-    and of faces without labels, which none learned from, the mean.
+    """The log-odds (N, labels) that faces get from teachers, one net for each fold.
+
+    A labelled face gets those of the net that did not learn from the face. A face without labels
+    gets the mean, since no teacher learned from such faces.
     """
     labels, taught = data["labels"], np.mean(odds, 0)
     labelled = (labels != UNKNOWN).any(1)
@@ -190,7 +193,7 @@ def train(options: argparse.Namespace) -> None:
     net = MakeupNet(labels.shape[1], data["vectors"].shape[1], options.size).to(options.device)
     optimiser = torch.optim.AdamW(net.parameters(), RATE, weight_decay=DECAY)
     state = Checkpoint(options.out.with_suffix(".pt"), net, optimiser, AVERAGE)
-    state.resume()  # a finished one is exported again
+    state.resume()  # a finished run trains no more, but is exported again
     # a resumed run must not draw the examples of its beginning again
     rng = np.random.default_rng((options.seed, state.step))
     torch.manual_seed(options.seed + state.step)
@@ -218,15 +221,16 @@ def train(options: argparse.Namespace) -> None:
 
 
 def _read(paths: list[Path]) -> dict[str, np.ndarray]:
-    """All files joined; each file has sources of its own."""
+    """The arrays of all files, joined; each file keeps sources of its own."""
     packed = [np.load(path) for path in paths]
     joined = {key: np.concatenate([data[key] for data in packed]) for key in _KEYS}
+    # a file has at most 16 sources, its sets
     sources = [data["sources"].astype(int) + 16 * number for number, data in enumerate(packed)]
     return joined | {"sources": np.concatenate(sources)}
 
 
 def _shares(labels: np.ndarray) -> np.ndarray:
-    """How often each real face is drawn: those that wear something rare more often."""
+    """(N,) how often each real face is drawn: more often if it wears something rare."""
     worn = labels == 1
     rare = (worn / np.maximum(worn.sum(0), 1)).sum(1)
     share = 1 / len(labels) + 0.5 * rare / max(rare.sum(), 1e-9) * worn.any(1).mean() * 2

@@ -3,7 +3,7 @@
     python -m makeup_video.training.worn.train_liner --data runs/liners.npz \
         --out runs/reference_liner.onnx
 
-The last tenth of the drawn corners is held out: the crops of one face are neighbours.
+The last tenth of the painted corners is held out. The crops of one face stay together.
 """
 
 import argparse
@@ -20,11 +20,11 @@ from makeup_video.training.worn.vary_corners import varied
 from torch import Tensor, nn
 from torch.nn import functional
 
-# Of a batch: drawn corners, real ones without a wing that is known, and with one.
+# Shares of a batch: painted corners, real ones without a known wing, and real ones with a wing.
 SHARES = 0.72, 0.22, 0.06
-# Of the losses, in the order of NUMBERS.
+# Weights of the losses, in the order of NUMBERS.
 WEIGHTS = (1.0, 2.0, 4.0, 2.0, 8.0)
-_LIKELY = np.array([name in ("liner", "wing") for name in NUMBERS])  # log-odds
+_LIKELY = np.array([name in ("liner", "wing") for name in NUMBERS])  # which are log-odds
 
 
 class LinerNet(FormNet):
@@ -37,14 +37,14 @@ class LinerNet(FormNet):
         return self.all_numbers(rgb8)[:, 1:]
 
     def all_numbers(self, rgb8: Tensor) -> Tensor:
-        """(N, 5): the log-odds of a liner come first, which only help to train."""
+        """(N, 5): first the log-odds of liner, which only help the training, then the others."""
         return super().forward(rgb8)
 
 
 def loss_of(found: Tensor, targets: Tensor) -> Tensor:
-    """Cross-entropy of what is worn, and absolute errors of the numbers, where they are known.
+    """Cross-entropy of liner and wing, and absolute errors of the other numbers, where known.
 
-    found, targets: (N, 5), as of LinerNet.all_numbers and Corner.
+    found: (N, 5), from LinerNet.all_numbers.  targets: (N, 5), as in Corner.
     """
     is_known = ~targets.isnan()
     there = targets.nan_to_num()
@@ -78,7 +78,7 @@ def loss_of_net(net: LinerNet, crops: Tensor, targets: Tensor) -> Tensor:
 
 
 def report(net: nn.Module, inputs: np.ndarray, targets: np.ndarray) -> str:
-    """How well corners that are held out are read: areas under the ROC curve, and mean errors."""
+    """How well held-out corners are read: areas under the ROC curve, and mean errors."""
     said = []
     for name, likely, found, true in zip(
         NUMBERS[1:], _LIKELY[1:], numbers_of(net, inputs).T, targets[:, 1:].T, strict=True

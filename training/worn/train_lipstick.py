@@ -16,7 +16,7 @@ from makeup_video.training.worn.vary_mouths import varied
 from torch import Tensor, nn
 from torch.nn import functional
 
-# How much more often mouths are shown that are glossy, or fade: few real ones are.
+# Few real mouths have at least this gloss or this fade. They are shown so much more often.
 _GLOSSY, _FADES = 1.75, 1.0
 _MORE_GLOSSY, _MORE_FADING = 2.0, 3.0
 _BETA = 0.3  # errors below this are squared
@@ -48,7 +48,7 @@ def loss_of(net: FormNet, crops: Tensor, targets: Tensor) -> Tensor:
 
 
 def report(net: nn.Module, crops: np.ndarray, targets: np.ndarray) -> str:
-    """How well mouths that are held out are read: mean errors."""
+    """How well held-out mouths are read: mean errors."""
     off = np.abs(numbers_of(net, crops) - targets).mean(0)
     return ", ".join(f"{name} {one:.3f}" for name, one in zip(NUMBERS, off, strict=True))
 

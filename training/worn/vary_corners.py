@@ -1,8 +1,8 @@
 """Varies the corner of an eye, for the net that reads eyeliner: draws what real corners have.
 
-Real wings lie lower than those that people draw at will: half of those of liners_of_looks.csv rise
-by at most 4 degrees over the line through the eye's corners. What else is dark there: lashes, false
-ones above all, smoke, hair and folds.
+Real wings lie lower than those of drawn looks: half of the wings in liners_of_looks.csv rise by at
+most 4 degrees above the line through the eye's corners. Other dark things occur there, too: lashes,
+above all false ones, smoky eyeshadow, hair and folds.
 """
 
 import math
@@ -13,12 +13,12 @@ from makeup_video.pipeline.reference.read_liner import ANGLE_UNIT, CORNER_WH, CO
 from makeup_video.training.worn.corner import Corner
 from makeup_video.training.worn.vary_photos import heights, moved, photographed
 
-# How often a corner without a wing gets one, and what else is drawn, and how often.
+# How often a corner without a wing gets one, and how often the other things are drawn.
 _WING_SHARE = 0.35
 _SMOKE_SHARE, _LASHES_SHARE, _HAIR_SHARE, _FOLD_SHARE = 0.25, 0.55, 0.25, 0.35
-_FINER = 4  # px of a drawing for one of the picture
-_SUBPIXEL = 3  # bits, of the lines that OpenCV draws
-_BROWN = np.array([1.0, 0.85, 0.8])
+_FINER = 4  # px of a drawing per px of the picture
+_SUBPIXEL = 3  # fractional bits of OpenCV's coordinates
+_BROWN = np.array([1.0, 0.85, 0.8])  # relative red, green and blue
 
 
 def varied(corner: Corner, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -26,7 +26,7 @@ def varied(corner: Corner, rng: np.random.Generator) -> tuple[np.ndarray, np.nda
     rgb8, target, lids = corner
     if target[1] == 0 and rng.random() < _WING_SHARE:
         rgb8, length, angle = _with_wing(rgb8, lids, rng)
-        # such a line also makes the one that is there thicker
+        # the new line also thickens an old one, so nobody knows the thickness
         target = np.float32([1, 1, length, angle, math.nan])
     if rng.random() < _SMOKE_SHARE:
         rgb8 = _with_smoke(rgb8, rng)
@@ -41,7 +41,10 @@ def varied(corner: Corner, rng: np.random.Generator) -> tuple[np.ndarray, np.nda
 def _with_wing(
     rgb8: np.ndarray, lids: np.ndarray, rng: np.random.Generator
 ) -> tuple[np.ndarray, float, float]:
-    """A line along the outer part of the upper lid that ends in a wing; its length and angle."""
+    """Draw a line along the outer part of the upper lid that ends in a wing.
+
+    Returns the picture, and the wing's length and angle as in a target.
+    """
     length = 0.08 + 0.55 * rng.beta(1.5, 2)
     degrees = float(np.clip(rng.normal(7, 13), -20, 50))
     angle = math.radians(degrees)
@@ -65,7 +68,7 @@ def _with_wing(
 
 
 def _with_lashes(rgb8: np.ndarray, lids: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Lashes that fan out, few and short, or false ones; some in clumps, some below the eye."""
+    """Draw lashes that fan out: few and short, or false. Some clump, some are below the eye."""
     drawing, false = _blank(), rng.random() < 0.5
     count = int(rng.integers(18, 50) if false else rng.integers(5, 22))
     longest = rng.uniform(10, 24) if false else rng.uniform(5, 15)
@@ -91,7 +94,7 @@ def _with_lashes(rgb8: np.ndarray, lids: np.ndarray, rng: np.random.Generator) -
 def _lash(
     drawing: np.ndarray, root: np.ndarray, angle: float, length: float, rng: np.random.Generator
 ) -> None:
-    """One lash, which bends and becomes thinner."""
+    """Draw one lash, which bends and becomes thinner."""
     bend = length * rng.uniform(0, 0.22) * np.array([math.sin(angle), math.cos(angle)])
     curve = _finer(_curve(root, root + length * _direction(angle), bend))
     thickness = rng.uniform(0.5, 1.5) * _FINER
@@ -101,7 +104,7 @@ def _lash(
 
 
 def _with_smoke(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Soft shadow beside the corner, mostly dark."""
+    """Draw soft, mostly dark eyeshadow beside the corner."""
     smoke = np.zeros(CORNER_WH[::-1], np.float32)
     x, y = CORNER_XY[0] + rng.uniform(-6, 14), CORNER_XY[1] + rng.uniform(-12, 6)
     axes = int(rng.uniform(6, 24)), int(rng.uniform(2, 12))
@@ -112,7 +115,7 @@ def _with_smoke(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def _with_hair(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Strands that hang down beside the eye."""
+    """Draw strands of hair that hang down beside the eye."""
     drawn, colour = rgb8.copy(), (rng.uniform(10, 110) * np.array([1, 0.8, 0.65])).tolist()
     x, bend = rng.uniform(74, CORNER_WH[0]), rng.normal(0, 12)
     down = np.linspace(0, 1, 5)
@@ -124,7 +127,7 @@ def _with_hair(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def _with_fold(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """A soft dark fold that begins at the corner."""
+    """Draw a soft dark fold that begins at the corner."""
     fold = np.zeros(CORNER_WH[::-1], np.float32)
     start = np.array([rng.uniform(62, 74), rng.uniform(36, 46)])
     along = rng.uniform(6, 26) * _direction(math.radians(rng.uniform(-50, 40)))
@@ -136,12 +139,12 @@ def _with_fold(rgb8: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def _direction(angle: float) -> np.ndarray:
-    """Of a line that rises by an angle, radians; y runs down."""
+    """The unit vector of a line that rises by an angle (radians); y runs down."""
     return np.array([math.cos(angle), -math.sin(angle)])
 
 
 def _curve(start: np.ndarray, end: np.ndarray, bend: np.ndarray) -> np.ndarray:
-    """(8, 2) px of a quadratic Bezier curve; bend: of its middle control point."""
+    """(8, 2) px of a quadratic Bezier curve; bend: (2,) px, the offset of its control point."""
     t = np.linspace(0, 1, 8)[:, None]
     middle = (start + end) / 2 + bend
     curve: np.ndarray = (1 - t) ** 2 * start + 2 * t * (1 - t) * middle + t * t * end
@@ -154,7 +157,7 @@ def _blank() -> np.ndarray:
 
 
 def _finer(points: np.ndarray) -> np.ndarray:
-    """Points of a picture in px of a drawing."""
+    """Points in px of a picture -> the same points in px of a drawing."""
     return np.rint((points + 0.5) * _FINER - 0.5).astype(np.int32)
 
 

@@ -1,7 +1,7 @@
-"""Varies mouths, for the net that reads how lipstick shines: draws highlights as wet lips have.
+"""Varies mouths, for the net that reads how lipstick shines: draws the highlights of wet lips.
 
-Our own gloss is smooth. On real lips the folds break highlights into bright strips and specks, with
-sharp edges, and the wetter lips are, the brighter and sharper they are.
+The gloss that we paint is smooth. On real lips the folds break highlights into bright strips and
+specks with sharp edges. The wetter the lips, the brighter and sharper the highlights.
 """
 
 import cv2
@@ -12,11 +12,11 @@ from makeup_video.training.worn.vary_photos import heights, moved, photographed
 
 _SHINY_SHARE = 0.45  # how often lips that are hardly glossy get highlights
 _HARDLY_GLOSSY = 1.3
-# What a person said of the gloss of 160 mouths, by how wet they were drawn, 0..1 (a correlation of
-# 0.87).
+# The gloss that a person saw in 160 mouths: _LEAST_SEEN, and up to _MORE_SEEN more the wetter a
+# mouth was drawn (a correlation of 0.87).
 _LEAST_SEEN, _MORE_SEEN = 0.85, 1.85
-_FINER = 2  # px of a drawing for one of the picture
-_COARSEST, _CONTRAST = 0.65, (0.9, 1.15)  # of photos: more would change how wet lips look
+_FINER = 2  # px of a drawing per px of the picture
+_COARSEST, _CONTRAST = 0.65, (0.9, 1.15)  # beyond these, lips would look more or less wet
 _CENTRE = (np.array(MOUTH_WH) - 1) / 2
 
 
@@ -34,16 +34,16 @@ def varied(mouth: Mouth, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarr
 
 
 def highlights(contours: np.ndarray, wet: float, rng: np.random.Generator) -> np.ndarray:
-    """(80, 112) float32, how much of each pixel highlights hide, 0..1.
+    """(80, 112) float32: the share of each pixel that highlights hide, 0..1.
 
-    contours: as of Mouth.  wet: 0 for a soft sheen, 1 for lips that are soaked.
+    contours: as in Mouth.  wet: 0 for a soft sheen, 1 for lips that are soaked.
     """
     x, y = _axis(MOUTH_WH[0]), _axis(MOUTH_WH[1])[:, None]
     left, right = contours[0, :, 0].min(), contours[0, :, 0].max()
     along = (x - left) / max(float(right - left), 1.0)
     edges = [heights(contour, x) for contour in contours]
     folds = _noise((1, len(x)), 0, rng.uniform(0.4, 1.15), rng)[0]
-    lit_from = 0.5 + rng.normal(0, 0.13)  # where along the lips the light stands
+    lit_from = 0.5 + rng.normal(0, 0.13)  # where along the mouth the lips mirror the light
     drawing = np.zeros((len(y), len(x)), np.float32)
     for is_upper, outer, inner in ((True, *edges[:2]), (False, *edges[2:])):
         height = np.maximum(np.abs(inner - outer), 1.5)
@@ -55,7 +55,7 @@ def highlights(contours: np.ndarray, wet: float, rng: np.random.Generator) -> np
         broken += rng.uniform(0.2, 0.9) * _noise(near.shape, 0.65, 0.4, rng)
         sharpness = 2 / (0.12 + 0.9 * (1 - wet))
         light = 1 / (1 + np.exp(-np.clip(sharpness * (broken + 0.4), -30, 30)))
-        light *= np.exp(np.minimum(near + 2.5, 0))  # none far away from where the light falls
+        light *= np.exp(np.minimum(near + 2.5, 0))  # nothing shines far from a highlight
         on_lips = np.clip(inward * height / 0.8 + 1, 0, 1)
         on_lips *= np.clip((1 - inward) * height / 0.8 + 0.3, 0, 1)
         drawing = np.maximum(drawing, light * on_lips * ((along > 0.03) & (along < 0.97)))
@@ -71,8 +71,8 @@ def _near(
     is_upper: bool,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """How near each place of a lip is to where it mirrors the light: highest in the middle of each
-    highlight, 0.4 at most.
+    """How near each place of a lip is to a place that mirrors the light. The number is highest in
+    the middle of each highlight, 0.4 at most.
 
     along: the place along the mouth, as a share of its width.  inward: the distance from the lip's
     outer border, as a share of its height.
@@ -95,7 +95,7 @@ def _near(
 
 
 def _lit(rgb8: np.ndarray, share: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """A picture with highlights that are nearly white, (H, W) their share of each pixel."""
+    """The picture with nearly white highlights; share: (H, W), their share of each pixel."""
     white = 255 * np.clip(rng.normal(0.95, 0.06, 3), 0.7, 1)
     lit = rgb8 + share[..., None] * np.maximum(white - rgb8, 0)
     coded: np.ndarray = np.rint(lit).astype(np.uint8)
@@ -105,7 +105,7 @@ def _lit(rgb8: np.ndarray, share: np.ndarray, rng: np.random.Generator) -> np.nd
 def _noise(
     shape: tuple[int, ...], down: float, across: float, rng: np.random.Generator
 ) -> np.ndarray:
-    """Noise of standard deviation 1, blurred by these sigmas, px of the picture."""
+    """Noise of standard deviation 1, blurred by the sigmas down and across, px of the picture."""
     sigmas = {"sigmaX": across * _FINER, "sigmaY": max(down * _FINER, 1e-3)}
     noise = cv2.GaussianBlur(rng.normal(0, 1, shape).astype(np.float32), (0, 0), **sigmas)
     scaled: np.ndarray = noise / noise.std()
@@ -113,5 +113,5 @@ def _noise(
 
 
 def _axis(length_px: int) -> np.ndarray:
-    """Where the pixels of a drawing lie, in px of the picture."""
+    """Where the pixels of a drawing lie along one side, in px of the picture."""
     return (np.arange(length_px * _FINER) + 0.5) / _FINER - 0.5

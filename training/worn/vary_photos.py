@@ -8,7 +8,7 @@ from makeup_video.training.faces.augment import jpeg
 
 
 def moved(rgb8: np.ndarray, about: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Turned, scaled and shifted about a place, (2,) px, as landmarks of photos err.
+    """The picture turned, scaled and shifted about a place, (2,) px, as errors of landmarks would.
 
     rgb8: (H, W, 3) uint8, R'G'B'.
     """
@@ -25,10 +25,10 @@ def photographed(
     coarsest: float = 0.3,
     contrast: tuple[float, float] = (0.7, 1.4),
 ) -> np.ndarray:
-    """Blurred, compressed, in other light, and noisy.
+    """The picture blurred, compressed, in other light, and noisy.
 
-    rgb8: (H, W, 3) uint8, R'G'B'.  coarsest: the share of its width to which a picture may be
-    scaled down.  contrast: its range.
+    rgb8: (H, W, 3) uint8, R'G'B'.  coarsest: the share of its width to which the picture may be
+    scaled down.  contrast: the range of factors by which contrast changes.
     """
     if rng.random() < 0.5:
         factor = rng.uniform(coarsest, 0.9)
@@ -45,6 +45,6 @@ def photographed(
 
 
 def heights(line: np.ndarray, x: np.ndarray | float) -> np.ndarray:
-    """y at these places of a line through points, (N, 2) px."""
+    """y of a line through points, (N, 2) px, at each x."""
     points = line[np.argsort(line[:, 0])]
     return np.asarray(np.interp(x, points[:, 0], points[:, 1]))

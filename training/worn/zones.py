@@ -1,9 +1,10 @@
 """How much of a photo's makeup comes across to other faces: the zone measure.
 
-d is the median CIELAB of a zone less that of plain skin. Of a photo P, a bare face B, and B painted
-with the look of P, M: moved = |d(P) - d(B)|, left = |d(P) - d(M)|. What comes across is
-1 - sum(left) / sum(moved): 0 is nothing, 1 all, and a negative number worse than a bare face. Zones
-count where a photo is clearly made up: further from the mean bare face than nine of ten bare faces.
+d is the median CIELAB of a zone minus that of plain skin. P is a photo, B a bare face, and M is B
+painted with the look of P: moved = |d(P) - d(B)|, left = |d(P) - d(M)|. The measure is
+1 - sum(left) / sum(moved): 0 means that nothing comes across, 1 everything, and a negative number
+that the painted face is further from the photo than the bare one. A photo counts in the zones where
+it is clearly made up: further from the mean bare face than nine of ten bare faces.
 """
 
 from collections import defaultdict
@@ -28,11 +29,11 @@ ZONES = {
     "cheek": (116, 117, 118, 101, 36, 205, 187, 123),
 }  # fmt: skip
 EYES = tuple(zone for zone in ZONES if zone not in ("lips", "cheek"))
-_LEAST_PX = 20
-_CLEARLY = 90  # percentile of bare faces
-CANVASES = 5
+_LEAST_PX = 20  # a zone with no more px is hardly seen
+_CLEARLY = 90  # percentile of the distances of bare faces from their mean
+CANVASES = 5  # bare faces on which looks are painted
 
-Zones = dict[str, np.ndarray]  # (3,) by zone; nan where it is hardly seen
+Zones = dict[str, np.ndarray]  # (3,) by zone; nan where the zone is hardly seen
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,7 +50,7 @@ def see(rgb8: np.ndarray, face: Face) -> Seen:
 
 
 def zones_of(rgb8: np.ndarray, face: Face) -> Zones:
-    """The median of each zone less that of plain skin, CIELAB."""
+    """The median of each zone minus that of plain skin, CIELAB."""
     lab, hw = lab_of(rgb8), rgb8.shape
     skin = np.median(lab[filled(face, PLAIN_SKIN, hw, mirrored=True)], axis=0)
     found = {}
@@ -63,7 +64,7 @@ def zones_of(rgb8: np.ndarray, face: Face) -> Zones:
 
 
 class Transfer:
-    """Counts up what comes across from photos to bare faces."""
+    """Adds up how much makeup comes across from photos to bare faces."""
 
     def __init__(self, bare: Sequence[Seen]) -> None:
         self.mean = {zone: np.nanmean([one.zones[zone] for one in bare], axis=0) for zone in ZONES}
@@ -91,12 +92,12 @@ class Transfer:
                     self.left[zone].append(left)
 
     def score(self, *zones: str) -> float:
-        """What comes across of these zones together."""
+        """How much comes across in these zones together."""
         moved = sum(sum(self.moved[zone]) for zone in zones)
         return 1 - sum(sum(self.left[zone]) for zone in zones) / moved if moved else float("nan")
 
     def best(self, *zones: str) -> float:
-        """What a perfect transfer reaches: bare faces differ among themselves."""
+        """The score of a perfect transfer: below 1, because bare faces differ from one another."""
         own = sum(float(np.nanmean(self.own[zone])) * len(self.moved[zone]) for zone in zones)
         moved = sum(sum(self.moved[zone]) for zone in zones)
         return 1 - own / moved if moved else float("nan")

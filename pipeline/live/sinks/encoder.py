@@ -1,4 +1,4 @@
-"""Frames of a live run -> packets whose times begin at 0: the encoder of recording and stream."""
+"""Frames of a live run -> packets whose times begin at 0, for recordings and streams."""
 
 from collections.abc import Iterator
 from fractions import Fraction
@@ -16,13 +16,13 @@ from makeup_video.pipeline.media.scheduling import open_encoder
 class LiveEncoder:
     """An encoder and its stream in `container`, opened for frames like the given one.
 
-    The encoder only reads the pictures, since other sinks have them too. There are no B-frames, so
+    The encoder only reads the pictures, since other sinks use them, too. There are no B-frames, so
     packets come in the order of their times.
     rate: frames per second, for rate control alone.
-    bit_rate: bits per second; None where the options set the quality.
+    bit_rate: bits per second; None when the options set the quality.
     global_header: the container stores the codec's headers once, not in each key frame.
     at_once: every picture comes out before the next one goes in.
-    Raises EncodeError when the encoder refuses.
+    Raises EncodeError when the encoder refuses the frame.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class LiveEncoder:
         describe_pictures(self._stream, frame)
         context = self._stream.codec_context
         self._stream.time_base = context.time_base = LIVE_TIME_BASE
-        # frame threads use two cores better, but each holds back a picture
+        # frame threads use two cores better, but each thread holds back a picture
         context.thread_type = "SLICE" if at_once else "AUTO"
         if bit_rate is not None:
             context.bit_rate = bit_rate
@@ -60,10 +60,13 @@ class LiveEncoder:
             ) from error
 
     def __call__(self, picture: av.VideoFrame | None) -> Iterator[Any]:
-        """Encode a picture and yield what packets are ready; None flushes. Raises EncodeError."""
+        """Encode a picture and yield the packets that are ready; None flushes. Raises EncodeError.
+
+        A picture that is not later than the last one is skipped.
+        """
         if picture is not None:
             if picture.pts is None or picture.pts <= self._last_us:
-                return  # a picture of this time is encoded already
+                return
             self._last_us = picture.pts
         try:
             for packet in self._stream.encode_lazy(picture):

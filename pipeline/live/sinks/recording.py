@@ -1,4 +1,4 @@
-"""The pictures of a live run -> a file that is complete whenever the run is stopped."""
+"""The pictures of a live run -> a file, which is complete whenever the run is stopped."""
 
 import contextlib
 import os
@@ -25,7 +25,7 @@ from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 
 
 class Recording:
-    """Writes the pictures at the times when they arrived, the first at 0.
+    """Writes each picture with its time of arrival, counted from the first picture.
 
     Dropped frames leave gaps, so the file lasts as long as the run.
     path: .mp4, .m4v, .mov, .mkv or .webm. The file grows as NAME.part.EXT and gets its name when
@@ -33,13 +33,14 @@ class Recording:
     source: the file that is played as the camera; None for a device.
     rate: expected frames per second, for rate control alone.
     sound: the run's sound, which is recorded as well; None: no sound.
-    Raises UsageError or OutputError before anything is written. A call raises EncodeError,
-    OutputError, or DecodeError for another size, and the recording so far stays as the part file.
+    Raises UsageError or OutputError before anything is written. A call raises EncodeError or
+    OutputError, or DecodeError for a picture of another size. The recording so far then stays as
+    the part file.
     """
 
     kind = "recording"
     waiting = 15  # encoders work in bursts
-    notice = ""  # a recording works, or it ends with an error
+    notice = ""  # always empty: a recording that fails ends with an error
 
     def __init__(
         self,
@@ -60,26 +61,26 @@ class Recording:
         check_place(os.fspath(path), source, overwrite=overwrite)
         self._path, self._source, self._overwrite = Path(path), source, overwrite
         self._part = part_of(self._path)
-        # made with the first picture: a run without pictures leaves no file
+        # made with the first picture, so a run without pictures leaves no file
         self._target: OutputFile | None = None
         self._container: Any = None
         self._encoder: LiveEncoder | None = None
         self._sound = sound
         self._sound_encoder: SoundEncoder | None = None
-        self._state: str | None = None  # once it has ended
+        self._state: str | None = None  # the final state, once the recording has ended
         self._began = self._seconds = 0.0
         self.sent = 0
 
     @property
     def state(self) -> str:
-        """What the file holds: its length, and whose sound."""
+        """What the file holds, for the last line: its length, and the source of its sound."""
         if self._state is not None:
             return self._state
         return f", {self._seconds:.1f} s{sound_in_words(self._sound, self._sound_encoder)}"
 
     @property
     def seconds(self) -> float:
-        """How long the recording is by now."""
+        """Length of the recording so far."""
         return self._seconds
 
     def __call__(self, picture: LivePicture) -> None:
@@ -115,7 +116,7 @@ class Recording:
         self._release()
 
     def _release(self) -> None:
-        """Free the encoders, which hold frames and threads: a run keeps its recordings."""
+        """Free the encoders, which hold frames and threads: the run keeps its recordings."""
         self._state = self.state
         self._container = self._encoder = self._sound_encoder = None
 
@@ -136,8 +137,8 @@ class Recording:
             self._container.mux_one(packet)
 
     def _open(self, path: Path, frame: Frame) -> LiveEncoder:
-        # mp4 and mov grow in fragments of two seconds, which play even when the file is cut off,
-        # and become an ordinary file when they are closed
+        # An MP4 or MOV grows in fragments of two seconds, so it plays even when it is cut off. It
+        # becomes an ordinary file when it is closed.
         options = {"movflags": "+hybrid_fragmented", "frag_duration": "2000000"}
         options["video_track_timescale"] = "90000"
         if self._format in MATROSKA:
@@ -163,14 +164,20 @@ class Recording:
         return encoder
 
     def _is_empty(self) -> bool:
-        """True where the disk was full from the start: pictures wait in memory at first."""
+        """True when the disk was full from the start.
+
+        Nothing is in the file then, although some pictures were encoded: they waited in memory.
+        """
         try:
             return self._part.stat().st_size == 0
-        except OSError:  # somebody else removed it
+        except OSError:  # somebody else removed the file
             return False
 
     def _leave(self, error: Exception) -> None:
-        """Close the file as far as possible, and add its name to the error."""
+        """Close the file as well as possible, and add the name of the part file to the error.
+
+        A part file without any picture is deleted.
+        """
         if self._sound is not None:
             self._sound.close()
         with contextlib.suppress(Exception):

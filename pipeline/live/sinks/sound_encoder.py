@@ -1,4 +1,4 @@
-"""The sound of a live run -> packets beside those of the pictures, in a recording or a stream."""
+"""The sound of a live run -> audio packets of a recording or a stream."""
 
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
@@ -10,14 +10,14 @@ from makeup_video.pipeline.errors import EncodeError
 from makeup_video.pipeline.live.sound import RATE, SoundTap
 from makeup_video.pipeline.live.steady_sound import SteadySound
 
-_ENCODERS = {"webm": "libopus"}  # AAC elsewhere: players and receivers know it
+_ENCODERS = {"webm": "libopus"}  # other containers get AAC, which players and receivers know
 _BITS_PER_CHANNEL = 80_000
 
 
 class SoundEncoder:
-    """An audio stream in `container`, added before anything is written.
+    """An audio stream in `container`, to be made before anything is written there.
 
-    zero_seconds: of time.monotonic(), when the first picture arrived: the sound's time 0.
+    zero_seconds: when the first picture arrived, by time.monotonic(): the time 0 of the sound.
     """
 
     def __init__(
@@ -41,20 +41,20 @@ class SoundEncoder:
 
     @property
     def silent_seconds(self) -> float:
-        """How much silence was filled in because nothing came."""
+        """How much silence was filled in because no sound came."""
         return self._steady.silent / RATE
 
     def __call__(self, until_seconds: float) -> Iterator[Any]:
-        """Encode what has come, and silence where the source is far behind the picture.
+        """Encode the sound that has come, and silence if the source is far behind the pictures.
 
-        until_seconds: of time.monotonic(), when the newest picture arrived. Raises EncodeError.
+        until_seconds: when the newest picture arrived, by time.monotonic().  Raises EncodeError.
         """
         for block in self._tap.take():
             yield from self._encoded(self._steady.add(block))
         yield from self._encoded(self._steady.pad(until_seconds))
 
     def flush(self) -> Iterator[Any]:
-        """Encode what waits in the encoder. Raises EncodeError."""
+        """Yield the packets of the samples that wait in the encoder. Raises EncodeError."""
         yield from self._packets(None)
 
     def _encoded(self, parts: Iterable[np.ndarray]) -> Iterator[Any]:
@@ -78,7 +78,7 @@ class SoundEncoder:
 
 
 def sound_in_words(tap: SoundTap | None, encoder: SoundEncoder | None) -> str:
-    """The words of the last line about an output's audio: its source, and how much is missing."""
+    """The words about an output's audio in the last line: its source, and how much is missing."""
     if tap is None:
         return ", without audio"
     missing = encoder.silent_seconds if encoder is not None else 0.0

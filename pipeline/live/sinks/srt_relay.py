@@ -1,4 +1,4 @@
-"""Sends MPEG-TS through an ffmpeg program that supports SRT, which PyAV's FFmpeg does not."""
+"""Sends MPEG-TS through an ffmpeg program that supports SRT, since PyAV's FFmpeg does not."""
 
 import contextlib
 import errno
@@ -15,7 +15,7 @@ TIMEOUT_SECONDS = 5
 
 
 class SrtRelay:
-    """A file object for MPEG-TS; an `ffmpeg` on this machine sends what is written to it."""
+    """A file object for MPEG-TS: an `ffmpeg` on this machine sends the data written to it."""
 
     name = "relay"
 
@@ -30,12 +30,12 @@ class SrtRelay:
         assert self._process.stdin is not None
         self._pipe = self._process.stdin.fileno()
         self.has_sent_all = False
-        self._waits = os.name == "posix"  # other systems cannot wait for a pipe
+        self._waits = os.name == "posix"  # elsewhere `select` cannot wait for a pipe
         if self._waits:
             os.set_blocking(self._pipe, False)
 
     def write(self, data: bytes) -> int:
-        """Write all data. Raises OSError when the relay has ended or takes nothing for seconds."""
+        """Write all data. Raises OSError when the relay has ended, or takes none for 5 seconds."""
         rest = memoryview(data)
         while rest:
             if self._waits and not select.select([], [self._pipe], [], float(TIMEOUT_SECONDS))[1]:
@@ -45,7 +45,7 @@ class SrtRelay:
         return len(data)
 
     def close(self) -> None:
-        """End the relay: after a second it is killed."""
+        """End the relay; one that still runs after a second is killed."""
         with contextlib.suppress(OSError):
             self._process.stdin and self._process.stdin.close()
         try:
@@ -56,9 +56,9 @@ class SrtRelay:
 
 
 def needs_relay(url: str) -> bool:
-    """True when PyAV's FFmpeg lacks the protocol of the URL. Nothing is connected."""
+    """True when PyAV's FFmpeg lacks the protocol of the URL. This makes no connection."""
     if urlsplit(url).scheme.lower() != "srt":
-        return False  # every build has the other protocols
+        return False  # every build of FFmpeg has the other protocols
     try:
         av.open("srt:").close()
     except av.error.ProtocolNotFoundError:

@@ -34,24 +34,25 @@ from makeup_video.pipeline.media.codecs import PLAYS_EVERYWHERE
 _FORMATS = {"rtmp": "flv", "rtmps": "flv", "srt": "mpegts", "udp": "mpegts"}
 _KEY_SECONDS = 2
 _LONGEST_PAUSE_SECONDS = 30.0
-_STEADY_SECONDS = 10  # a connection that held so long was good: the next pause is short again
+_STEADY_SECONDS = 10  # after a connection that held this long, the next pause is short again
 _UDP_BYTES = 1316  # seven packets of MPEG-TS, which fit into a datagram on any network
 _BIT_RATE_720P = 3_000_000
-# zerolatency: no look-ahead, no B-frames, and slices rather than frames in parallel
+# zerolatency: no look-ahead, no B-frames, and threads work on slices of one frame, not on frames
 _OPTIONS = {"preset": str(PLAYS_EVERYWHERE.live_preset), "tune": "zerolatency", "forced-idr": "1"}
 
 
 class Stream:
-    """Sends the pictures as H.264, upright, without a delay of its own, a key frame every 2 s.
+    """Sends the pictures as H.264, upright, without added delay, and with a key frame every 2 s.
 
-    While the receiver is away, the sink tries to connect again after pauses that grow, and drops
-    the pictures.
+    While the receiver is away, the sink drops the pictures and tries to connect again after pauses
+    that grow.
     url: rtmp://, rtmps://, srt:// or udp://, opened with the first picture. Messages show only its
     scheme and host, since the rest may contain a key.
     rate: expected frames per second.
     sound: the run's sound, which is sent as well; None: no sound.
     log: called with a line of text when the receiver is away, and when it is back.
-    Raises UsageError for another scheme, or one that this machine cannot send to.
+    Raises UsageError for another scheme or a URL without a host, and InstallError when SRT needs an
+    ffmpeg that this machine does not have.
     """
 
     kind = "stream"
@@ -73,7 +74,7 @@ class Stream:
         self._connection: _Connection | None = None
         self._pause = 1.0
         self._next_try = 0.0
-        self._sent_before = 0  # on connections that are closed by now
+        self._sent_before = 0  # pictures sent on connections that are closed now
         self._reason = ""  # why the last connection failed
         self.notice = ""
 
@@ -82,7 +83,7 @@ class Stream:
         """Number of pictures that a receiver took.
 
         Pictures written to an SRT relay count once the relay has held for some seconds, or has
-        ended well: before that it may not be connected.
+        ended well: before that it may have no connection.
         """
         current = self._connection  # read once: another thread may replace it
         return self._sent_before + (current.pictures if current and current.is_proven else 0)
@@ -94,19 +95,19 @@ class Stream:
 
     @property
     def state(self) -> str:
-        """Whose sound was sent, and what is wrong now."""
+        """The source of the sound that was sent, and what is wrong now."""
         sound = "without audio" if self._sound is None else f"with audio from {self._sound.name}"
         return f", {sound}; {self._reason}" if self.notice else f", {sound}"
 
     def __call__(self, picture: LivePicture) -> None:
-        """Raises EncodeError when the encoder refuses."""
+        """Send a picture. Raises EncodeError when the encoder refuses it."""
         if self._connection is None and time.monotonic() < self._next_try:
             return
         try:
             if self._connection is None:
                 self._connection = self._connect(picture.frame)
             self._connection.send(picture.frame)
-        except EncodeError:  # also an OSError, but another connection would not help
+        except EncodeError:  # EncodeError is an OSError, too, but a new connection would not help
             self._hang_up()
             self._end_sound()
             raise
@@ -120,7 +121,7 @@ class Stream:
             self._log(f"{self.name}: sending")
 
     def finish(self) -> None:
-        """Raises OutputError when no picture could be sent in the whole run."""
+        """Close the connection. Raises OutputError when the whole run could send no picture."""
         was_open = self._connection is not None
         self._hang_up()
         self._end_sound()
@@ -159,12 +160,12 @@ class Stream:
 
 
 def _reason(error: Exception) -> str:
-    """Return the system's message; FFmpeg's whole message would show the address."""
+    """Return the system's message alone, since FFmpeg's whole message would show the address."""
     return reason_of(error) if is_of_the_system(error) else "no connection"
 
 
 def bit_rate_for(pixels: int) -> int:
-    """Choose bits per second: 3 million at 720p, 5.5 at 1080p, less per pixel for larger ones."""
+    """Choose bits per second: 3 million at 720p, 5.5 million at 1080p. More pixels: less each."""
     return int(_BIT_RATE_720P * float((pixels / (1280 * 720)) ** 0.75))
 
 
@@ -190,7 +191,7 @@ class _Connection:
         try:
             self._container = _container(url, format_name, relay)
             options = {**_OPTIONS, "maxrate": str(bit_rate), "bufsize": str(bit_rate)}
-            options["g"] = str(round(_KEY_SECONDS * 5 * rate))  # `send` asks for key frames earlier
+            options["g"] = str(round(_KEY_SECONDS * 5 * rate))  # `send` asks for them earlier
             flv = format_name == "flv"
             turned = Frame(upright(frame), frame.pts, frame.time_base, frame.tags)
             self._encoder = LiveEncoder(
@@ -219,7 +220,10 @@ class _Connection:
 
     @property
     def is_proven(self) -> bool:
-        """False while a relay may still fail: it takes all data until it gives up connecting."""
+        """False while a relay may still fail: it takes all data until it gives up connecting.
+
+        A connection without a relay is proven at once.
+        """
         if self._relay is None or self._relay.has_sent_all:
             return True
         return self.seconds > TIMEOUT_SECONDS
@@ -251,7 +255,7 @@ def _container(url: str, format_name: str, relay: "SrtRelay | None") -> Any:
     if relay is not None:
         return av.open(relay, "w", format=format_name)
     if format_name == "flv":
-        # PyAV passes no options to the connection of an output; FFmpeg's tee muxer does
+        # PyAV cannot pass options to an output's connection, but FFmpeg's tee muxer can
         micros = TIMEOUT_SECONDS * 1_000_000
         options = f"f=flv:onfail=abort:rw_timeout={micros}:flvflags=no_duration_filesize"
         return av.open(f"[{options}]{_escaped(url)}", "w", format="tee")

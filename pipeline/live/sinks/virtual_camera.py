@@ -1,4 +1,4 @@
-"""The pictures of a live run -> a camera that other programs can open, by pyvirtualcam."""
+"""The pictures of a live run -> a camera that other programs can open, with pyvirtualcam."""
 
 from fractions import Fraction
 from typing import Any
@@ -18,7 +18,7 @@ _HELP = (
 
 
 def _pyvirtualcam() -> Any:
-    """Import the library, an extra. Raises InstallError with the command that installs it."""
+    """Import pyvirtualcam, an extra. Raises InstallError with the command that installs it."""
     try:
         import pyvirtualcam
     except ImportError:
@@ -35,15 +35,15 @@ class VirtualCamera:
     webcams.
     device: as pyvirtualcam names it (/dev/video4, "OBS Virtual Camera"); None: the first one.
     rate: announced frames per second; pictures are shown when they come.
-    Raises InstallError when pyvirtualcam is missing; a call raises OutputError when there is no
-    such device.
+    Raises InstallError when pyvirtualcam is missing. A call raises OutputError when there is no
+    such device, or when the device takes no more frames.
     """
 
     waiting = 1
     kind = "camera"
     seconds = 0.0
     state = ""
-    notice = ""  # a virtual camera works, or it ends with an error
+    notice = ""  # always empty: a virtual camera that fails ends with an error
 
     def __init__(self, device: str | None = None, *, rate: Fraction | float = 30) -> None:
         self._library = _pyvirtualcam()
@@ -88,7 +88,7 @@ def as_webcam(frame: Frame) -> tuple[np.ndarray, ...]:
     picture = upright(frame)
     coding = resolve(frame.tags, frame.width_px, frame.height_px, 8)
     if ffmpeg_matrix(coding) != Colorspace.ITU601 or coding.full_range:
-        # a copy, as in upright_rgb: other outputs have the frame, too
+        # a copy, as in upright_rgb, since other outputs use the frame, too
         picture = (copied(picture) if picture is frame.picture else picture).reformat(
             format="yuv420p",
             src_colorspace=ffmpeg_matrix(coding),

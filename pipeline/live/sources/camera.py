@@ -21,11 +21,11 @@ PIXELS = ("mjpeg", "yuyv422")
 class CameraSettings:
     """Which camera to open, and which mode to request. A file ignores size, rate and pixels.
 
-    name: a device (/dev/video0; on macOS "0" or the camera's name, on Windows its name), or a video
+    name: a device (/dev/video0; on macOS "0" or the camera's name; on Windows its name), or a video
     file on this machine; None: the first camera that opens.
-    size: as "1280x720"; None: the camera's default.
+    size: such as "1280x720"; None: the camera's default.
     rate: frames per second; None: the camera's default.
-    pixels: "mjpeg" or "yuyv422"; None: the one that allows the highest rate.
+    pixels: "mjpeg" or "yuyv422"; None: the one that allows the higher rate.
     loop: a file starts again when it ends.
     """
 
@@ -53,9 +53,9 @@ class CameraSettings:
 
 
 def open_source(settings: CameraSettings, log: Callable[[str], None]) -> DeviceCamera | FileCamera:
-    """Open a camera or a file, whose `frames` come with their times of arrival.
+    """Open a camera or a file, whose `frames` have their times of arrival.
 
-    log: see DeviceCamera.  Raises InputError or DecodeError, one line, when it cannot be opened.
+    log: see DeviceCamera.  Raises InputError or DecodeError when the source cannot be opened.
     """
     path = _file_of(settings.name)
     if path is not None:
@@ -70,14 +70,14 @@ def _device_of(name: str | None) -> str | None:
 
 
 def _file_of(name: str | None) -> Path | None:
-    """Return the file that a name means, None for a device. Raises InputError for neither."""
+    """The file that a name means; None for a device. Raises InputError if it means neither."""
     if name is None:
         return None
     path = Path(name)
     try:
         if _is_device(path):
             return None
-    except OSError as error:  # such as a name that is too long
+    except OSError as error:  # for example for a name that is too long
         raise InputError(unreadable(path, error)) from error
     file = local_file(name, "video")
     if is_picture(file):
@@ -92,5 +92,5 @@ def _is_device(path: Path) -> bool:
     if sys.platform == "linux":
         may_be = str(path).isdecimal() or path.is_char_device() or path.is_relative_to("/dev")
     else:
-        may_be = not path.exists()  # these systems give cameras names, not paths
+        may_be = not path.exists()  # on these systems cameras have names, not paths
     return may_be and not path.is_file()

@@ -1,4 +1,4 @@
-"""A camera of this machine -> frames: the newest wins, and the camera may be unplugged."""
+"""A camera of this machine -> frames. Only the newest waits, and the camera may be unplugged."""
 
 import errno
 import sys
@@ -20,7 +20,7 @@ from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 
 _SYSTEMS = {"linux": "v4l2", "darwin": "avfoundation", "win32": "dshow"}
 _RETRY_SECONDS = 1.0
-_SILENT_SECONDS = 2.0  # a camera that sends nothing for so long counts as gone
+_SILENT_SECONDS = 2.0  # after so long without a frame, a notice says so
 _NOT_THERE = (errno.ENOENT, errno.ENODEV, errno.ENXIO)
 _HELP = {
     errno.EACCES: "you may not use it: add yourself to the group video, or allow cameras in the "
@@ -31,7 +31,7 @@ _HELP = {
 
 @dataclass(frozen=True, slots=True)
 class CameraRequest:
-    """The mode requested of a camera; None: its default.  pixels: "mjpeg" or "yuyv422"."""
+    """The mode requested of a camera; None: the camera's default.  pixels: "mjpeg" or "yuyv422"."""
 
     size: str | None
     rate: int | None
@@ -39,7 +39,7 @@ class CameraRequest:
 
 
 def open_camera(name: str, system: str, options: dict[str, str]) -> Any:
-    """Open a device as FFmpeg's container, whose packets are the pictures."""
+    """Open a device as one of FFmpeg's containers, whose packets are the pictures."""
     if system == "dshow" and not name.startswith("video="):
         name = f"video={name}"
     return av.open(name, format=system, container_options=options)
@@ -56,12 +56,12 @@ def cameras_found() -> list[str]:
 
 
 def cameras_by_name() -> dict[str, str]:
-    """The cameras as `cameras_found` names them, with what the system calls them."""
+    """The cameras by the names of `cameras_found`, with the system's names for them."""
     return {name: _called(name) for name in cameras_found()}
 
 
 def _called(camera: str) -> str:
-    """What Linux calls a camera, such as "Integrated Camera"; "" elsewhere, or where unknown."""
+    """Linux's name for a camera, such as "Integrated Camera"; "" elsewhere, or if unknown."""
     name = Path("/sys/class/video4linux") / Path(camera).name / "name"
     try:
         return name.read_text(encoding="utf-8", errors="replace").strip()
@@ -74,7 +74,8 @@ def attempts(request: CameraRequest, system: str) -> list[dict[str, str]]:
 
     MJPEG reaches 720p at 30 frames per second on USB 2, where YUYV reaches 10.
     """
-    common = {"fflags": "nobuffer"}  # or the frames that FFmpeg reads for analysis come out late
+    # Without "nobuffer", the frames that FFmpeg reads for its analysis would come out late.
+    common = {"fflags": "nobuffer"}
     requested = dict(common)
     if request.size:
         requested["video_size"] = request.size
@@ -95,16 +96,16 @@ def attempts(request: CameraRequest, system: str) -> list[dict[str, str]]:
 class DeviceCamera:
     """Reads a camera on a thread of its own from construction on, and keeps the newest picture.
 
-    log: called with a line of text when the camera gives another mode than requested, is gone, or
-    is back.
+    log: called with a line of text when the camera gives another mode than requested, when it is
+    gone, and when it is back.
     dropped: number of pictures that were old when they were read, or that were never fetched,
     counted from the call of `frames` on.
     damaged: number of packets that could not be decoded.
     rate: frames per second, as far as the camera declares a rate.
     notice: what the user should know now, "" when all is well.
     path: None, since no file is played.
-    size: of its pictures, as it was opened first, such as "1280x720".
-    Raises InputError when there is no such camera.
+    size: the size of the pictures when the camera was first opened, such as "1280x720".
+    Raises InputError when no camera can be opened.
     """
 
     path: Path | None = None
@@ -116,14 +117,14 @@ class DeviceCamera:
         self.rate = Fraction(request.rate or 30)
         self.name = name or ""
         self.dropped = self.damaged = 0
-        self.notice = self._gone = ""  # gone: the name of the camera that a notice is about
+        self.notice = self._gone = ""  # _gone: the camera that the last notice was about
         self._normalise = NormaliseCamera(is_device=True)
         self._closing = Event()
         self._news = Condition()
         self._newest: Frame | None = None
         self._counts_dropped = False  # from the call of `frames` on
         self._failure: Exception | None = None
-        self._has_ended_well = False  # whether JPEGs of this camera have an end marker
+        self._has_ended_well = False  # whether a JPEG of this camera has had an end marker
         container = self._open()
         self._log_mode(container)
         self._thread = Thread(
@@ -142,7 +143,10 @@ class DeviceCamera:
         return None
 
     def frames(self) -> Generator[Frame, None, None]:
-        """Yield the newest frame each time, until `close`. Raises the reading thread's error."""
+        """Yield the newest frame each time, until `close`. Raises the error of the reading thread.
+
+        This call itself starts the count of dropped frames.
+        """
         self._counts_dropped = True
         return self._fetched()
 
@@ -166,7 +170,7 @@ class DeviceCamera:
         return self._newest is not None or self._failure is not None or self._closing.is_set()
 
     def _notify(self, notice: str, line: str = "") -> None:
-        """Set the notice and log it, or `line` instead; an unchanged notice is not logged again."""
+        """Set the notice and log it, or log `line` instead. An unchanged notice is not logged."""
         if notice == self.notice:
             return
         self.notice = notice
@@ -191,13 +195,13 @@ class DeviceCamera:
                     return
                 self._notify(f"camera {self.name} is gone: waiting for it")
                 container = self._open_again()
-        except Exception as error:  # noqa: BLE001  # raised again by `frames`
+        except Exception as error:  # noqa: BLE001  # `frames` raises it again
             with self._news:
                 self._failure = error
                 self._news.notify_all()
 
     def _open_again(self) -> Any:
-        """The camera, once it is there again; None after `close`."""
+        """Wait until the camera opens again, and return its container; None after `close`."""
         while not self._closing.wait(_RETRY_SECONDS):
             try:
                 return self._open()
@@ -209,7 +213,7 @@ class DeviceCamera:
         """Read packets until the camera fails, ends or is closed."""
         video = container.streams.video[0]
         context = video.codec_context
-        context.thread_count = 1  # more threads would hold pictures back
+        context.thread_count = 1  # with more threads, the decoder would hold pictures back
         freshness = Freshness()
         independent = context.name in ("mjpeg", "rawvideo")  # other codecs need every packet
         began = time.monotonic()
@@ -218,12 +222,12 @@ class DeviceCamera:
             stamp = None if packet.pts is None else float(packet.pts * packet.time_base)
             arrived = freshness(stamp, now, now - began)
             if not packet.size:
-                self.damaged += 1  # V4L2: the driver reports a damaged picture
+                self.damaged += 1  # V4L2: so the driver reports a damaged picture
             elif arrived is not None or not independent:
                 self._decode(context, packet, now if arrived is None else arrived)
             else:
                 self.dropped += self._counts_dropped
-            del packet  # its memory belongs to the camera
+            del packet  # it occupies a buffer of the camera's driver
             if self._closing.is_set():
                 return
             began = time.monotonic()
@@ -239,7 +243,8 @@ class DeviceCamera:
     def _decode(self, context: Any, packet: Any, arrived: float) -> None:
         """Decode a copy of the packet.
 
-        Its memory belongs to the driver, which needs it back soon and frees it with the camera.
+        The packet's memory belongs to the driver, which soon needs it again, and frees it when the
+        camera is closed.
         """
         data = bytes(packet)
         if not self._is_whole(context, data):
@@ -257,7 +262,7 @@ class DeviceCamera:
                 self._offer(self._normalise(picture, arrived))
 
     def _is_whole(self, context: Any, data: bytes) -> bool:
-        """False for a JPEG that breaks off, which the decoder would fill with grey.
+        """False for a JPEG that breaks off; the decoder would fill its rest with grey.
 
         Some cameras never write the end marker; their JPEGs count as whole.
         """

@@ -14,33 +14,33 @@ from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 from makeup_video.pipeline.media.input_file import VideoSource, open_video, packets_of
 
 _GAP_SECONDS = 10.0  # a longer gap between two frames is an error in the file's times
-_LEAST_SECONDS = 1e-4  # from a frame to the next
-_LATE_FRAMES = 3  # frames that are later than so many are dropped, as a camera would
-_FAR_BEHIND_SECONDS = 1.0  # beyond this delay, decoding skips to the next key frame that is due
+_LEAST_SECONDS = 1e-4  # the shortest time from a frame to the next
+_LATE_FRAMES = 3  # a frame that is late by more frames than this is dropped, as a camera would do
+_FAR_BEHIND_SECONDS = 1.0  # beyond this delay, decoding skips to a key frame that is not yet due
 
 
 class Timeline:
-    """Converts frame times of repeated passes of a file to strictly increasing seconds from 0.
+    """Converts the frame times of repeated passes of a file to strictly increasing seconds from 0.
 
-    A time that is missing or goes back becomes that of the last frame plus its duration, a jump
-    counts as a reset of the clock, and each pass goes on where the last one ended. Where times go
-    on behind such a frame, half of their steps count until they have caught up.
+    A frame whose time is missing or goes back is due when the frame before it ends. A jump counts
+    as a reset of the clock, and each pass goes on where the last one ended. After a frame that got
+    a later time than its own, the following steps count half until the file's times catch up.
     """
 
     def __init__(self, frame_seconds: float) -> None:
         self._length = self._usual = frame_seconds
         self._last: float | None = None
-        self._own: float | None = None  # what the file gives for the last frame
+        self._own: float | None = None  # the last frame's time in the file
         self._shift: float | None = None
 
     def begin_pass(self) -> None:
-        """Take the next time as the first of another pass."""
+        """Treat the next time as the first of another pass."""
         self._shift = self._own = None
 
     def __call__(self, seconds: float | None, length: float = 0.0) -> float:
         """Convert a frame's time.
 
-        seconds: in the file; None when missing.  length: the frame's duration; 0 when missing.
+        seconds: its time in the file; None when missing.  length: its duration; 0 when missing.
         """
         due = self._last = self.due(seconds)
         self._own = self._own if seconds is None else seconds
@@ -48,7 +48,10 @@ class Timeline:
         return due
 
     def due(self, seconds: float | None) -> float:
-        """When a frame of that time is due, as a call returns it. A reset of the clock is noted."""
+        """When a frame with this time in the file is due, without moving on to that frame.
+
+        Only the shift changes: at the first time of a pass, and after a reset of the file's clock.
+        """
         after = 0.0 if self._last is None else self._last + self._length
         if seconds is None:
             return after
@@ -63,14 +66,13 @@ class Timeline:
 
 
 class FileCamera:
-    """Plays a file: every frame comes when it is due, and carries that time.
+    """Plays a file: every frame comes when it is due, and has that time.
 
     dropped: number of frames left out because decoding was late.
     damaged: number of packets that could not be decoded.
     rate: frames per second, as far as the file declares a rate.
-    size: None, since a file has one size alone.
-    turn, zero_seconds: where the file stands, for its sound; see file_sound.Playing.
-    Raises InputError or DecodeError when the file cannot be played.
+    size: None, since there is no other size to choose.
+    turn, zero_seconds: how far the file has played, for its sound; see file_sound.Playing.
     """
 
     size: str | None = None
@@ -86,18 +88,22 @@ class FileCamera:
         self._normalise = NormaliseCamera(is_device=False, pixel_aspect=aspect)
         self._closing = Event()
         self._timeline = Timeline(float(1 / source.rate))
-        self._began: float | None = None  # when the first frame was due
+        self._began: float | None = None  # the monotonic time when the first frame was due
         self._is_far_behind = False
 
     def close(self) -> None:
         self._closing.set()
 
     def file_sound(self) -> FileSound | None:
-        """The sound of the file, in step with its pictures; None without sound."""
+        """The sound of the file, in step with its pictures; None for a file without sound."""
         return FileSound(self.path, self) if has_sound(self.path) else None
 
     def frames(self) -> Generator[Frame, None, None]:
-        """Yield frames. Raises DecodeError when no frame can be decoded, or one not converted."""
+        """Yield each frame when it is due.
+
+        Raises DecodeError when no frame can be decoded, or a frame cannot be converted. Raises
+        InputError when the file cannot be opened for another pass.
+        """
         for picture, seconds in self._pictures():
             if self._began is None:
                 self._began = time.monotonic() - seconds
@@ -123,7 +129,7 @@ class FileCamera:
         return True
 
     def _pictures(self) -> Generator[tuple[av.VideoFrame, float], None, None]:
-        """Yield the pictures of all passes with the seconds from the start when each is due."""
+        """Yield the pictures of all passes, each with the seconds from the start when it is due."""
         following: VideoSource | None = None
         while not self._closing.is_set():
             self._timeline.begin_pass()
@@ -136,7 +142,8 @@ class FileCamera:
                     yield picture, self._timeline(self._seconds(picture), length)
                     count += 1
                     if self._loop and following is None:
-                        following = open_video(self._source.path)  # early: no pause between passes
+                        # opened early, so there is no pause between passes
+                        following = open_video(self._source.path)
             finally:
                 self._source.close()
                 if following is not None and self._closing.is_set():
@@ -147,7 +154,7 @@ class FileCamera:
                 )
             if not self._loop:
                 return
-            # Opened again, since not every file can seek, and the decoder must start fresh.
+            # the file is opened again: not every file can seek, and the decoder must start fresh
             self._source, following = following or open_video(self._source.path), None
 
     def _seconds(self, timed: Any) -> float | None:
@@ -176,7 +183,7 @@ class FileCamera:
         """True for the packet where decoding can go on: a key frame that is not yet due."""
         if not packet.size:
             return False
-        assert self._began is not None  # only behind a frame that was late
+        assert self._began is not None  # a frame was late, so a first frame was due
         seconds = self._seconds(packet)
         if packet.is_keyframe and self._began + self._timeline.due(seconds) >= time.monotonic():
             context.flush_buffers()

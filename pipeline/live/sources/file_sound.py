@@ -16,10 +16,11 @@ _CHANNELS = {1: "mono", 2: "stereo"}
 
 
 class Playing(Protocol):
-    """Where a file that is played stands; set by another thread.
+    """How far a file has played; another thread sets this.
 
-    turn: counts the passes over the file, from 1.  zero_seconds: of time.monotonic(), when time 0
-    of the file is due in this pass; None before its first picture.
+    turn: number of the current pass over the file, from 1.
+    zero_seconds: when time 0 of the file is due in this pass, by time.monotonic(); None before the
+    first picture of the pass.
     """
 
     turn: int
@@ -27,9 +28,9 @@ class Playing(Protocol):
 
 
 class FileSound:
-    """Plays the first audio stream of a file that can be decoded, each block when it is due.
+    """Plays a file's first decodable audio stream, each block when it is due.
 
-    playing: the file's pictures.
+    playing: how far the file's pictures have played.
     """
 
     def __init__(self, path: Path, playing: Playing) -> None:
@@ -65,7 +66,7 @@ class FileSound:
                     samples = piece.to_ndarray()
                     zero = self._zero_of(turn)
                     if zero is None:
-                        return  # the pictures play another pass, or none
+                        return  # the pictures have begun another pass
                     due = zero + seconds
                     if self._closing.wait(max(0.0, due - time.monotonic())):
                         return
@@ -92,7 +93,7 @@ def _sound_in(container: Any) -> Any:
 
 
 def _frames(container: Any) -> Generator[av.AudioFrame, None, None]:
-    """Decode the audio; what is damaged is left out. A file that is cut short ends there."""
+    """Decode the audio, without damaged packets. A file that is cut short ends at the cut."""
     with suppress(av.FFmpegError):
         for packet in packets_of(container, _sound_in(container)):
             yield from _decoded(packet)

@@ -1,4 +1,4 @@
-"""Lists the cameras and microphones that FFmpeg finds on a system, and reads them."""
+"""Lists the cameras and microphones that FFmpeg finds on this machine, and reads their packets."""
 
 import time
 from collections.abc import Callable, Generator
@@ -13,9 +13,9 @@ _NOT_YET_SECONDS = 0.002
 def device_packets(
     container: Any, stream: Any, is_closing: Callable[[], bool]
 ) -> Generator[Any, None, None]:
-    """Yield the packets of a device's stream, until it ends or is_closing().
+    """Yield the packets of a device's stream until it ends or is_closing() is true.
 
-    Raises what FFmpeg raises; on macOS it has an error for "nothing yet", which is waited out.
+    Raises FFmpeg's errors, except the one with which macOS reports "nothing yet": this waits.
     """
     while not is_closing():
         try:
@@ -28,8 +28,8 @@ def device_packets(
 def input_devices(system: str, kind: Literal["video", "audio"]) -> list[Any]:
     """PyAV's DeviceInfo of each camera (video) or microphone (audio).
 
-    system: FFmpeg's name for the interface of the system, such as dshow. Empty where that cannot
-    list devices.
+    system: FFmpeg's name for the system's interface, such as dshow.  Returns an empty list when
+    that interface cannot list devices.
     """
     try:
         found = enumerate_input_devices(system)

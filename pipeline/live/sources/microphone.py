@@ -21,7 +21,7 @@ _RETRY_SECONDS = 1.0
 
 
 def microphones_found() -> list[tuple[str, str]]:
-    """List the microphones of the system: (the name that Microphone takes, what it is called)."""
+    """List the system's microphones: (the name that Microphone takes, a name for people)."""
     if _system() == "alsa":
         return _alsa_microphones()
     if _system() == "avfoundation":
@@ -30,11 +30,11 @@ def microphones_found() -> list[tuple[str, str]]:
 
 
 class Microphone:
-    """Reads a microphone; one that is unplugged is tried again once a second.
+    """Reads a microphone. When it is unplugged, opening it is tried again once a second.
 
-    name: as microphones_found lists it; None: the first that opens.
+    name: as microphones_found lists it; None: the first microphone that opens.
     log: called with a line of text when the microphone is gone, and when it is back.
-    Raises InputError when it cannot be opened.
+    Raises InputError when no microphone can be opened.
     """
 
     def __init__(self, name: str | None, log: Callable[[str], None]) -> None:
@@ -49,7 +49,7 @@ class Microphone:
         self._is_closing = True
 
     def blocks(self) -> Generator[SoundBlock, None, None]:
-        """Yield what is heard until `close`."""
+        """Yield the sound until `close`."""
         while not self._is_closing:
             try:
                 yield from self._read()
@@ -91,7 +91,7 @@ class Microphone:
 
 
 def _without_time(frame: av.AudioFrame) -> av.AudioFrame:
-    """The frame without its pts: the resampler would fill what looks like a gap."""
+    """The frame without its pts, by which the resampler would see gaps and fill them."""
     frame.pts = None
     return frame
 
@@ -116,7 +116,7 @@ def _first_open(names: list[str], wanted: str | None) -> tuple[Any, str]:
 def _open(name: str) -> Any:
     system = _system()
     if system == "alsa":
-        # PyAV brings an ALSA library that looks for its configuration where it was built
+        # PyAV's own ALSA library looks for its configuration in the folder where it was built
         if _ALSA_CONFIG.exists():
             os.environ.setdefault("ALSA_CONFIG_PATH", str(_ALSA_CONFIG))
         for channels in ("2", "1"):
@@ -131,7 +131,7 @@ def _open(name: str) -> Any:
 
 
 def _alsa_microphones() -> list[tuple[str, str]]:
-    """The kernel's list of capture devices, after the system's default."""
+    """The system's default, then the kernel's list of capture devices; empty without any."""
     try:
         lines = _ALSA_DEVICES.read_text().splitlines()
     except OSError:

@@ -15,27 +15,28 @@ from makeup_video.pipeline.media.codecs import PLAYS_EVERYWHERE
 from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
 
 # One layout for every sink: browsers, players, receivers and programs that read cameras take 4:2:0,
-# and converting once here costs less than once per sink. Matrix and range stay as they are.
+# and converting once here costs less than once per sink. Matrix and range stay unchanged.
 _LIVE = PLAYS_EVERYWHERE._replace(name="live", pix_fmts=("yuv420p",))
-# The defaults of the USB Video Class, of which a camera's JPEGs have their own range.
+# The defaults of the USB Video Class; a camera's JPEGs keep their own range.
 _USB_VIDEO = ColourTags(matrix=6, range=1, transfer=1, primaries=1)
-# DV, HDV and anamorphic video have 8:15 to 2; values beyond these limits are errors
+# DV, HDV and anamorphic video have pixel aspects of 8:15 to 2; beyond these limits they are errors
 _ASPECTS = Fraction(1, 4), Fraction(4)
-# MP4 and MPEG-TS count in 1/90000 s, and take no two pictures of one time. A picture that was read
-# late has a later time than the next one has, if that one waited for the thread that reads.
+# MP4 and MPEG-TS count in 1/90000 s and do not take two pictures with the same time. Times of
+# arrival may even go back: a picture that was read late may get a later time than the next one,
+# which was waiting meanwhile.
 _LEAST_STEP_US = 100
 
 
 class NormaliseCamera:
-    """Makes live frames of the pictures of a camera or a file.
+    """Turns the pictures of a camera or a file into live frames.
 
     is_device: the pictures are a camera's. Their unspecified colour tags become the defaults of the
     USB Video Class: BT.601's matrix, BT.709's primaries and transfer, and limited range unless the
     picture is JPEG.
-    pixel_aspect: the file's sample aspect ratio. Its pictures are widened to square pixels, which
+    pixel_aspect: the file's sample aspect ratio. Its pictures are stretched to square pixels, which
     pages, receivers and programs that read cameras expect.
     size_wh: the size of the first picture. Later pictures of another size are fitted into it, and
-    their range is converted to that of the first: another camera may have been plugged in.
+    their range is converted to the first picture's, since another camera may have been plugged in.
     """
 
     def __init__(self, *, is_device: bool, pixel_aspect: Fraction | None = None) -> None:
@@ -49,10 +50,10 @@ class NormaliseCamera:
         self._range: int | None = None
 
     def __call__(self, picture: av.VideoFrame, arrived_seconds: float) -> Frame:
-        """Normalise a picture. The times of frames always increase.
+        """Normalise a picture. The times of the frames always increase.
 
-        arrived_seconds: by time.monotonic().
-        Raises DecodeError for pictures that cannot be converted.
+        arrived_seconds: when the picture arrived, by time.monotonic().
+        Raises DecodeError for a picture that cannot be converted.
         """
         source = (picture.width, picture.height, picture.format.name)
         if source != self._source:
@@ -66,7 +67,7 @@ class NormaliseCamera:
             self._last_us + _LEAST_STEP_US, int(arrived_seconds * LIVE_TIME_BASE.denominator)
         )
         picture.pts, picture.time_base = self._last_us, LIVE_TIME_BASE
-        # the source's I/P/B choices must not become the encoder's
+        # the encoder must not take over the picture type (I, P, B) of the source
         picture.pict_type = PictureType.NONE
         tags = ColourTags.of(picture)
         return Frame(picture, self._last_us, LIVE_TIME_BASE, tags, turned)

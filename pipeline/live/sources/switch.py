@@ -1,4 +1,4 @@
-"""A camera that can be exchanged for another one, or for another size, while the run goes on."""
+"""A source whose camera or picture size can be changed while the run goes on."""
 
 from collections.abc import Callable, Generator
 from contextlib import closing, suppress
@@ -14,13 +14,13 @@ from makeup_video.pipeline.live.sources.device import cameras_found
 from makeup_video.pipeline.live.sources.file_sound import FileSound
 
 _RETRY_SECONDS = 1.0  # between two attempts to open a camera that a failed change left closed
-SIZES = ("640x360", "640x480", "1280x720", "1920x1080")  # what most cameras know
+SIZES = ("640x360", "640x480", "1280x720", "1920x1080")  # most cameras have these
 
 
 class CameraSwitch:
     """The source of a live run: the frames of one camera after another.
 
-    changes: how often a camera was opened after the first, also the same one again.
+    changes: how often a camera was opened after the first one, even if it was the same again.
     Raises InputError or DecodeError when the first camera cannot be opened.
     """
 
@@ -32,22 +32,22 @@ class CameraSwitch:
         self._changed = Condition()
         self._is_switching = self._is_closed = self._is_lost = False
         self._opening = Lock()
-        self._dropped_before = 0  # by cameras that are closed
+        self._dropped_before = 0  # frames dropped by cameras that are closed now
         self.changes = 0
 
     def choose(self, name: str, size: str) -> None:
-        """Close the camera and open another one, or the same in another size.
+        """Close the camera and open another one, or the same one with another size.
 
-        size: "" for the one that was asked for last.
+        size: "" for the size that was requested last.
         Blocks until the camera is open. Raises UsageError, InputError or DecodeError when it cannot
-        be opened; the run then goes on with the old one, as soon as that opens again.
+        be opened; the run then goes on with the old camera, as soon as that opens again.
         """
         wanted = replace(self._settings, name=name, size=size or self._settings.size)
         with self._opening:
             with self._changed:
                 self._is_switching = True
             try:
-                self._camera.close()  # a device opens once
+                self._camera.close()  # a device cannot be opened twice
                 self._exchange(wanted)
             finally:
                 with self._changed:
@@ -55,7 +55,7 @@ class CameraSwitch:
                     self._changed.notify_all()
 
     def _exchange(self, wanted: CameraSettings) -> None:
-        """Open a camera, or again the one that was closed for it."""
+        """Open the wanted camera. If that fails, reopen the old one and raise the error."""
         try:
             self._put(wanted)
         except MakeupVideoError:
@@ -67,8 +67,10 @@ class CameraSwitch:
             raise
 
     def _reopen(self) -> None:
-        """Open the camera that a failed change left closed, once it can be opened, or a change that
-        succeeds has opened another."""
+        """Wait until the camera that a failed change left closed opens again.
+
+        A later change that succeeds ends the wait, too, and so does `close`.
+        """
         while self._is_lost and not self._is_closed:
             with self._opening, suppress(MakeupVideoError):
                 if self._is_lost:
@@ -87,7 +89,10 @@ class CameraSwitch:
                 camera.close()
 
     def frames(self) -> Generator[Frame, None, None]:
-        """Yield each frame when it arrives, until the last camera ends or `close`. Call once."""
+        """Yield each frame when it arrives, until the last camera ends or `close` is called.
+
+        Called once.
+        """
         camera = None
         while camera is not self._camera:
             camera = self._camera
@@ -100,38 +105,38 @@ class CameraSwitch:
                 return
 
     def close(self) -> None:
-        """End `frames`, even while it waits; from another thread."""
+        """End `frames`, even while it waits. Called from another thread."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()
         self._camera.close()
 
     def file_sound(self) -> FileSound | None:
-        """The sound of the file that plays now; None for a device, or without sound."""
+        """The sound of the file that plays now; None for a device or a file without sound."""
         return self._camera.file_sound()
 
     def choices(self) -> dict[str, object]:
-        """What a page offers: names and sizes, and those of now. A file has no other size.
+        """What a page offers: names and sizes to choose from, and the current name and size.
 
-        The source that the run began with stays among the names, also where it is a file or has a
-        name of its own.
+        The size of a file is None. The source that the run began with stays among the names, even
+        if it is a file or was given under a name that the list does not have.
         """
         names = list(dict.fromkeys([self._first_name, *cameras_found()]))
         size = self._camera.size
         return {"names": names, "name": self._chosen_name(), "sizes": SIZES, "size": size}
 
     def _chosen_name(self) -> str:
-        """By which the source of now is chosen."""
+        """The name with which `choose` would open the current source."""
         return str(self.path or self.name)
 
     @property
     def path(self) -> Path | None:
-        """The file that plays; None for a device."""
+        """The file that plays now; None for a device."""
         return self._camera.path
 
     @property
     def name(self) -> str:
-        """What messages call the source."""
+        """The current source's name in messages."""
         return self._camera.name
 
     @property
@@ -148,5 +153,5 @@ class CameraSwitch:
 
     @property
     def dropped(self) -> int:
-        """Number of frames of all cameras that arrived and were never handed out."""
+        """Number of frames, over all cameras, that arrived and were never handed out."""
         return self._dropped_before + self._camera.dropped

@@ -14,8 +14,8 @@ _FINISHES = {
     "metallic": (0.32, 0.50, 0.65, 0.05, 0.80, 0.90, 0.05, 0.60, 0.50, 0.60, 0.40, 0.10, 1.00, 1.0),
     "shimmer":  (0.29, 0.30, 0.70, 0.02, 0.80, 0.95, 0.05, 0.60, 0.40, 0.60, 0.45, 0.10, 0.70, 1.0),
 }  # fmt: skip
-# In distances of the outer eye corners, of the cheek at the picture's right: the apple, the highest
-# place on the cheekbone, the temple, and the middle of the nose.
+# In distances of the outer eye corners, for the cheek at the picture's right: apple, highest place
+# on the cheekbone, temple, and the middle of the nose.
 _APPLE, _CHEEKBONE, _TEMPLE, _NOSE = (0.43, 0.38), (0.57, 0.25), (0.76, 0.11), (0.0, 0.22)
 _BEYOND = 0.3  # how far a stroke fades beyond its half width
 

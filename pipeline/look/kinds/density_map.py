@@ -17,16 +17,16 @@ if TYPE_CHECKING:
     import numpy as np
 
 _LEVELS = ".123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-# Of each half of the rows: how many, and the heights of the first and the last, as of EyePlaces.
+# The rows above the eye and below it: how many, and heights of the first and last, see EyePlaces.
 _UP, _DOWN = (18, 2.1, 0.06), (9, -0.08, -1.3)
-# How many places a row has, and the first and the last of them, as `across` of EyePlaces.
+# How many places a row has, and `across` of the first and the last of them, see EyePlaces.
 _ACROSS = (24, -0.4, 1.67)
 HW = _UP[0] + _DOWN[0], _ACROSS[0]
-_FADE = 0.35  # height over which a map ends beyond its first and its last row
+_FADE = 0.35  # height over which a map fades out beyond its first and its last row
 
 
 def heights(is_upper: bool) -> "np.ndarray":
-    """Of the rows above the eye, (18,), or of those below it, (9,) float32; they fall."""
+    """The heights of the rows above the eye, (18,), or below it, (9,), float32; they fall."""
     import numpy as np
 
     count, first, last = _UP if is_upper else _DOWN
@@ -34,7 +34,7 @@ def heights(is_upper: bool) -> "np.ndarray":
 
 
 def places_across() -> "np.ndarray":
-    """(24,) float32."""
+    """`across` of the places of a row, (24,) float32."""
     import numpy as np
 
     count, first, last = _ACROSS
@@ -51,7 +51,7 @@ def to_text(densities: "np.ndarray") -> str:
 
 @lru_cache(maxsize=32)
 def from_text(text: str) -> "np.ndarray":
-    """The densities of a text, (27, 24) float32, 0..1, not to be written to."""
+    """The densities of a text, (27, 24) float32, 0..1; the array is read-only."""
     import numpy as np
 
     levels = [[_LEVELS.index(one) for one in row] for row in text.split(" ")]
@@ -61,7 +61,10 @@ def from_text(text: str) -> "np.ndarray":
 
 
 def check_text(text: Any, where: str) -> None:
-    """Raises LookError for anything but a text of a map, or an empty one; where: its name."""
+    """Raises LookError for anything but a map's text or an empty text.
+
+    where: the text's name in messages.
+    """
     rows = text.split(" ") if isinstance(text, str) else [""]
     fits = len(rows) == HW[0] and all(len(row) == HW[1] for row in rows)
     if text != "" and not (fits and set("".join(rows)) <= set(_LEVELS)):

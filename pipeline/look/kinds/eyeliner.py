@@ -21,22 +21,22 @@ _FINISHES = {
     "metallic": (0.97, 0.60, 0.50, 0.10, 0.20, 0.20, 0.00, 0.20, 0.50, 0.50, 0.40, 0.10, 1.00, 1.0),
     "shimmer":  (0.85, 0.30, 0.60, 0.05, 0.30, 0.30, 0.00, 0.20, 0.50, 0.60, 0.60, 0.20, 0.60, 1.0),
 }  # fmt: skip
-_OPEN = 0.36  # an open eye's height, of its width: a blink leaves the line as thick as it was
-_OVER = 0.03  # of the width: how far the line reaches over the lash line, where the lashes grow
+_OPEN = 0.36  # an open eye's height, in widths; fixed, so that a blink does not change the line
+_OVER = 0.03  # how far the line reaches over the lash line, where lashes grow, in widths of the eye
 _SLIM = 1.7  # power by which a wing thins to its tip: 1 is a triangle
-# Of the width: how round a wing is where it begins, below the outer corner of an open eye.
+# How round a wing is where it begins, below the outer corner of an open eye, in widths of the eye.
 _ROUND, _LEAST_ROUND = 0.08, 1e-3
 _FULL_WING = 0.08  # thickness from which on a wing is as high as the lid's rise lets it be
-# Where the upper line ends; and over how much it thins there, by its thickness, at least and at
-# most; of the eye's width.
+# `across` where the upper line ends, and the length over which it thins there: as a multiple of its
+# thickness, at least, at most; in widths of the eye.
 _END, _THINS, _LEAST_THINNING, _MOST_THINNING = 1.04, 1.6, 0.06, 0.2
-# A wing, from this length on, takes over from the upper line, which would be a barb below it: the
-# line then ends here. A lower line of this length meets both in the corner.
+# A wing of at least this length takes over from the upper line, which then ends earlier: otherwise
+# the line would be a barb below the wing. A lower line of this length meets both in the corner.
 _LONG, _END_AT_WING = 0.1, 0.96
 _THINNED = -1e3  # px: no line at all
-_SHORTEST_PX = 0.01  # of a wing, so that none divides by zero
-_BELOW = -0.3  # by `over`, where the lower line begins below the lashes
-_LOWER = 0.6  # thickness of the lower line by that of the upper one
+_SHORTEST_PX = 0.01  # least length of a wing, so that nothing divides by zero
+_BELOW = -0.3  # where the lower line begins below the lashes, as a multiple of `over`
+_LOWER = 0.6  # thickness of the lower line, as a share of the upper line's
 
 
 def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
@@ -64,10 +64,10 @@ def _coats(at: EyeFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
 def _columns(
     across: bytes, thick: float, over: float, lower: float
 ) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
-    """(48,) each: thickness of the upper line, of one that a wing takes over from, and of the lower
-    line, in every column of a grid, in widths of the eye; 0 for no line.
+    """Thicknesses of lines by column of the grid, (48,) each, in widths of the eye; 0 for no line.
 
-    across: of EyeFields, float32.
+    Returns those of the upper line, of an upper line from which a wing takes over, and of the lower
+    line.  across: the bytes of EyeFields.across, float32.
     """
     import numpy as np
 
@@ -85,10 +85,10 @@ def _columns(
 
 @lru_cache(maxsize=16)
 def _in_eye(across: bytes) -> "np.ndarray":
-    """(48,) how far the lower line begins within the eye, by `over`: it lies below the lashes, or
-    it would rim the eyeball; but in the outer corner it meets the upper one.
+    """(48,): how far the lower line begins within the eye, as a multiple of `over`.
 
-    across: of EyeFields, float32.
+    The line lies below the lashes, otherwise it would rim the eyeball. In the outer corner it meets
+    the upper line.  across: the bytes of EyeFields.across, float32.
     """
     import numpy as np
 
@@ -105,7 +105,7 @@ def _thickness_px(columns: "np.ndarray", at: EyeFields) -> "np.ndarray":
 
 
 def _along(away_px: "np.ndarray", over_px: "np.ndarray", thick_px: "np.ndarray") -> Stroke:
-    """A stroke along a lash line that begins a little over it."""
+    """A stroke along a lash line; it begins over_px beyond the line."""
     above = away_px + over_px
     return Stroke(above, thick_px - above)
 
@@ -129,11 +129,11 @@ def _wing(
     free: "np.ndarray",
 ) -> Stroke:
     """A slim triangle: its lower side runs from the outer corner to the tip, its upper side from
-    the tip back to the upper border of the line, so that both are one stroke. Where it begins it is
-    round, unless a lower line meets it there, or the eye is shut, and its lower side goes on from
-    the lash line.
+    the tip back to the upper border of the line, so that both look like one stroke. A wing is round
+    where it begins. Where a lower line meets the wing, or on a shut eye, it is not round, and its
+    lower side goes on from the lash line.
 
-    free: (N, 1, 1) float32, 1 where it is round.
+    free: (N, 1, 1) float32, 1 where the wing is round.
     """
     import numpy as np
 
@@ -142,7 +142,7 @@ def _wing(
         at.across.tobytes(), at.rise.tobytes(), length, angle
     )
     back, height = _turned((LID_RISE_AT - 1) * wide_px, at.lid_rise_px + thick_px, angle)
-    back = np.minimum(back, 0)  # a steep wing begins at the corner, or its tip would lie behind it
+    back = np.minimum(back, 0)  # otherwise a steep wing would begin beyond its tip
     # never on the eyeball, nor before the place where the wing leaves the line
     beside_px = beside * wide_px
     beside_px += over_px
@@ -160,10 +160,10 @@ def _wing(
 
 
 def _rounded(a: "np.ndarray", b: "np.ndarray", wide: "np.ndarray") -> "np.ndarray":
-    """The smaller of two numbers, less where both are alike: two straight borders then meet in a
-    round corner (the polynomial smooth minimum of Quilez).
+    """The smaller of two numbers, and less than that where both are nearly equal: two straight
+    borders then meet in a round corner (the polynomial smooth minimum of Quilez).
 
-    wide: how far the numbers are apart where the corner ends.
+    wide: the difference of the numbers where the corner ends.
     """
     import numpy as np
 
@@ -182,11 +182,11 @@ def _rounded(a: "np.ndarray", b: "np.ndarray", wide: "np.ndarray") -> "np.ndarra
 def _wing_places(
     across: bytes, rise: bytes, length: float, angle: float
 ) -> "tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]":
-    """(32, 48) float32 each, the same for all faces: how far a place lies along a wing of a length,
-    and beside it, in widths of the eye; how far it still is to the tip, by the power by which wings
-    thin; and 0, but far below 0 beyond the tip.
+    """Where the grid's places lie by a wing, (32, 48) float32 each, the same for all faces.
 
-    across, rise: of EyeFields, float32.
+    Returns how far a place lies along the wing and beside it, in widths of the eye; the distance
+    that is left to the tip, to the power by which wings thin; and 0, or far below 0 beyond the tip.
+    across, rise: the bytes of these arrays of EyeFields, float32.
     """
     import numpy as np
 
@@ -198,7 +198,7 @@ def _wing_places(
 
 
 def _turned(out: "np.ndarray", up: "np.ndarray", angle: float) -> "tuple[np.ndarray, np.ndarray]":
-    """Along a direction that rises outwards by an angle, and beside it."""
+    """How far places lie along a direction that rises outwards by an angle, and beside it."""
     cos, sin = math.cos(angle), math.sin(angle)
     return out * cos + up * sin, up * cos - out * sin
 

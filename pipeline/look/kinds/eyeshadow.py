@@ -42,22 +42,25 @@ _ROWS = {
 _SLOTS = {name: dict(zip(_NUMBERS, row, strict=True)) for name, row in _ROWS.items()}
 _LID = _SLOTS["lid"]
 _SHARP, _FADE = 0.02, 2.0  # heights over which the lower border fades: at the corner, and beyond
-_ROUND = 0.45, 0.55  # widths of the eye from an end, where the upper border comes down; how far
-_SWEEP, _TAPER = 0.62, 0.55  # across, from which a wing's upper border rises; by its lift
-# How the outer end leans above the lash line: inwards, in widths of the eye by height; how much
-# softer it becomes; and up to which height.
+# The upper border comes down over so many widths of the eye before each end, by this share of its
+# height above that of the zone `lid` (0.93).
+_ROUND = 0.45, 0.55
+# A wing's upper border rises from this `across` on, by this share of the wing's lift.
+_SWEEP, _TAPER = 0.62, 0.55
+# How the outer end leans above the lash line: how far inwards for a height of 1, in widths of the
+# eye; how much softer it becomes for a height of 1; and up to which height it leans.
 _LEANS, _SPREADS, _LEANS_TO = 0.14, 0.8, 1.5
-_SLIM = 0.45  # height under the inner corner, of that under the outer one
-# How much of a layer's width the lower border rises to its outer end, as an ellipse, and how far
-# beyond that end it would meet the lash line, in widths of the eye.
+_SLIM = 0.45  # depth under the inner corner, as a share of that under the outer one
+# Over what share of a layer's width the lower border rises to its outer end, as an ellipse, and how
+# far beyond that end it would meet the lash line, in widths of the eye.
 _ROUNDED, _BEYOND = 0.85, 0.1
 
 
 def _coats(at: EyePlaces, product: GraphicsParams, shape: Shape) -> list[Coat]:
     """One coat, with soft borders that product and shape widen together.
 
-    Beside the eye no lash line lies between what is above it and what is below it. There all
-    borders go on from one side to the other.
+    Beyond the corners of the eye no lash line separates the skin above it from the skin below. All
+    borders go on there from one side to the other.
     """
     import numpy as np
 
@@ -78,7 +81,7 @@ def _coats(at: EyePlaces, product: GraphicsParams, shape: Shape) -> list[Coat]:
         density = density * rise(height, low, 0.90 * wide * _room(shape))
     elif low < 0:
         slim = 1 / _depth(at, shape)
-        # full strength at the lash line, however near the border is
+        # full strength at the lash line, however close the border is
         density = density * rise(height * slim, low, min(0.90 * wide, -2 * low))
     if at.is_upper and low == 0:
         density = density * _lash_line(at, height, wide)
@@ -88,8 +91,8 @@ def _coats(at: EyePlaces, product: GraphicsParams, shape: Shape) -> list[Coat]:
 
 
 def _outer_end(at: EyePlaces, shape: Shape, wide: float) -> "np.ndarray":
-    """The outer end: the higher above the lash line, the wider and further in, or it would be
-    upright. A wing rises beyond it."""
+    """The outer end. Higher above the lash line it is softer and lies further in: otherwise it
+    would be upright. It leans less the more a wing rises beyond it."""
     import numpy as np
 
     if not at.is_upper:
@@ -101,7 +104,7 @@ def _outer_end(at: EyePlaces, shape: Shape, wide: float) -> "np.ndarray":
 
 
 def _depth(at: EyePlaces, shape: Shape) -> "np.ndarray":
-    """How far below the eye a place still lies within the lower border, as a share of `low`."""
+    """How far below the eye the lower border lies at a place, as a share of `low`."""
     import numpy as np
 
     wide = _ROUNDED * max(shape["outer"] - shape["inner"], 0.0) + _BEYOND
@@ -113,8 +116,8 @@ def _depth(at: EyePlaces, shape: Shape) -> "np.ndarray":
 
 
 def _lash_line(at: EyePlaces, height: "np.ndarray", wide: float) -> "np.ndarray":
-    """The end of a colour at the lash line: 0 below it, 1 above it. Beyond the corners, where there
-    is no lash line, it fades the more the further out."""
+    """The end of a colour at the lash line: 0 below the line, 1 above it. Beyond the corners, where
+    there is no lash line, the end is softer the further out it is."""
     import numpy as np
 
     beyond = np.maximum(np.maximum(at.across - 1, -at.across), 0)
@@ -123,7 +126,7 @@ def _lash_line(at: EyePlaces, height: "np.ndarray", wide: float) -> "np.ndarray"
 
 
 def _rounded(at: EyePlaces, shape: Shape) -> "np.ndarray":
-    """How far the upper border lies lower at a place, in heights: it arches over the eye."""
+    """How much lower the upper border is at a place, in heights: the border arches over the eye."""
     import numpy as np
 
     reach, deep = _ROUND
@@ -145,7 +148,8 @@ def _lifted(at: EyePlaces, shape: Shape) -> "np.ndarray":
 
 
 def _room(shape: Shape) -> float:
-    """A narrow band has narrower borders, or nothing of it would be at full strength."""
+    """The factor of a band's borders: a narrow band needs narrower borders, otherwise nothing of it
+    would be at full strength."""
     high: float = shape["high"]
     low: float = shape["low"]
     return min(1.0, 0.5 + high - max(low, 0.0))

@@ -1,4 +1,4 @@
-"""What a surface of the face gives a kind of makeup: where each place of it lies on the face.
+"""What a kind of makeup is given of a surface: where each of its places lies on the face.
 
 Arrays are float32 and may be broadcast against each other to (N, H, W): the places on the grids of
 N surfaces of one sort, such as both eyes.
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 LID_RISE_AT = 0.72  # across, where the lash line turns down to the outer corner
-LID = 0.22  # of the eye's width: height of a usual lid, the unit of heights below the eye
+LID = 0.22  # height of a usual lid, in widths of the eye: the unit of heights below the eye
 
 
 class LipsFields:
@@ -23,7 +23,7 @@ class LipsFields:
     """
 
     def __init__(self, measure: "Callable[[], np.ndarray]") -> None:
-        """measure: makes `inward`, which even lipstick does not need."""
+        """measure: makes `inward` at its first use; an even coat of lipstick does not need it."""
         self._measure = measure
 
     @cached_property
@@ -38,7 +38,7 @@ class EyePlaces(Protocol):
     height: above the eye 0 at the upper lash line, 1 in the crease, 1.5 in the fold under the brow
     bone, 2 below the brow; below the eye 0 at the lower lash line and -1 a lid's usual height (LID)
     further down.
-    is_upper: True for what is above the eye.
+    is_upper: True for places above the eye.
     """
 
     @property
@@ -59,12 +59,13 @@ class EyeChart:
 
 
 class EyeFields:
-    """EyePlaces of a face, and for lines what they follow; lengths in px of the frame.
+    """EyePlaces of a face, and the lengths that lines follow, in px of the frame.
 
     above_px: above the upper lash line, negative below it.  below_px: below the lower lash line,
     negative above it.  lid_rise_px: how far the upper lash line lies above the line through both
     corners of the eye at LID_RISE_AT.
-    rise: of each row of the grid, likewise, in widths of the eye.  width_px: of the eye.
+    rise: how far each row of the grid lies above that line through the corners, in widths of the
+    eye.  width_px: of the eye.
     """
 
     def __init__(
@@ -76,8 +77,8 @@ class EyeFields:
         width_px: "np.ndarray",
         lid_rise: "Callable[[], np.ndarray]",
     ) -> None:
-        """lid_rise: in widths of the eye.  lids: height by the rings above the eye, which may
-        be below 0, above_px and below_px."""
+        """lids: the height above the eye, which may be below 0, above_px and below_px.
+        lid_rise: makes the lid's rise, in widths of the eye."""
         self.is_upper, self.across, self.width_px = is_upper, across, width_px
         self._up, self.above_px, self.below_px = lids
         self.rise, self._lid_rise = rise, lid_rise
@@ -100,7 +101,7 @@ class EyeFields:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FaceFields:
-    """The mean face's own coordinates, in distances of the outer eye corners.
+    """Coordinates on the mean face; the unit is the distance of the outer eye corners.
 
     across: from the middle of the face, negative on the picture's left.  down: from the line
     through the eye corners.

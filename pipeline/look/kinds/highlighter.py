@@ -23,7 +23,7 @@ _THIN = {"cheekbone": 0.10, "nose": 0.045, "bow": 0.045}  # half widths at size 
 
 
 def _coats(at: FaceFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
-    """A stroke on each place; where they meet, the denser counts."""
+    """A stroke on each place; where strokes meet, the denser one counts."""
     import numpy as np
 
     beside = np.abs(at.across)

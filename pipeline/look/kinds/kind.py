@@ -18,9 +18,9 @@ SETTINGS = (
     "edge_softness", "texture_keep", "undertone", "gloss_detail", "fresnel", "environment_blur",
     "shimmer", "shimmer_size", "shimmer_tint", "light_adaptation",
 )  # fmt: skip
-_GLOSSY = 0.4  # gloss of a satin: from it on a product is no longer matte
+_GLOSSY = 0.4  # gloss of satin, from which on a product is no longer matte
 Shape = Mapping[str, Any]  # values of a kind's dials by name, none missing
-# Of the dial `eye`: which of the wearer's eyes wear a layer.
+# The choices of the dial `eye`: which of the wearer's eyes wear a layer.
 BOTH_EYES, LEFT_EYE, RIGHT_EYE = "both", "left", "right"
 
 
@@ -28,11 +28,12 @@ BOTH_EYES, LEFT_EYE, RIGHT_EYE = "both", "left", "right"
 class Dial:
     """One parameter of a kind's shape: a number, a choice, a colour or a map.
 
-    title, meaning: what the page and the documents show of it.
+    title, meaning: its texts on the page and in the documents.
     unit: of a number; empty for a share.
-    choices: what it may be; without them it is a number in low..high, a colour, or a map.
-    is_colour: a text such as "#B4002E".
-    is_map: a text, as of density_map.py, or an empty one.
+    choices: the values that it may have; without them it is a number in low..high, a colour, or a
+    map.
+    is_colour: True for a text such as "#B4002E".
+    is_map: True for a text as in density_map.py, or an empty text.
     """
 
     name: str
@@ -95,33 +96,33 @@ class Coat:
 class Kind:
     """A kind of makeup.
 
-    name: in look files.
-    part: the same where people choose parts of a look, and its option of the command.
-    title, product: its tab on the page, and what is worn.
+    name: its name in look files.
+    part: its name where people choose parts of a look, and the command's option for it.
+    title, product: the names of its tab on the page, and of what is worn.
     words, slot_words: other words for the part, and for its slots, that people type.
     must_see: the part of a face that must be seen.
     category: a pattern for the words by which shops name such products, in lower case; empty where
     a photo of products is no guide.
     first_rgb: the colour that the page begins with, sRGB code values 0..255.
-    finishes: by the finish's name, a row of numbers in the order of SETTINGS.
-    first_finish: the finish of a colour that comes without one.
-    dials: its shape.
+    finishes: for each finish, by name, a row of numbers in the order of SETTINGS.
+    first_finish: the finish of a colour that is given without one.
+    dials: the parameters of its shape.
     slots: named shapes, each some values of the dials; the dial `slot` chooses one.
-    is_read: True when it is read from a photo.
-    follows_color: True when a colour for a look, without parts, changes this part of it.
+    is_read: True when it is read from photos.
+    follows_color: True when a colour for a look, given without parts, changes this kind.
     remark: what the documents say of the finishes.
-    shown: the shape with which the documents show what each number of it does.
-    most: how many layers of this kind a look may have; of a kind with the dial `eye`, on each eye.
+    shown: the shape with which the documents show what each of its numbers does.
+    most: how many layers of this kind a look may have; with the dial `eye`, how many on each eye.
     order: kinds with smaller numbers are painted first.
     region: where on a face it is painted, a key of REGIONS in render/regions.
-    coats: what a layer puts on a surface of that region, given its fields, in order of painting.
-    Densities are drawn once for a look, whatever the face; strokes for every frame.
+    coats: makes the coats of a layer, in the order of painting, from the fields of a surface of
+    that region. Densities are drawn once for a look, whatever the face; strokes for every frame.
     is_line: True for a kind whose only coat is drawn with strokes.
-    spared: pixels darker than this share of the broad light around them stay bare, unless the
-    product is darker still (lashes, the dark of a mouth).
+    spared: pixels darker than this share of the broad light around them stay bare (lashes, the dark
+    of a mouth), unless the product is darker still.
     keep_highlights: share of the skin's own highlights that lie over the product: 1 for a film of
     lipstick, little for a powder.
-    keep_matte: the share of these that stays on a product without gloss.
+    keep_matte: the share of keep_highlights that a product without gloss has.
     """
 
     name: str

@@ -7,8 +7,8 @@ from makeup_video.pipeline.look.kinds.kind import Coat, Dial, Kind, Shape
 from makeup_video.pipeline.look.kinds.ramps import fall
 from makeup_video.pipeline.look.params import GraphicsParams, rgb_of_hex
 
-# Rows in the order of SETTINGS. How much of the lips' lines and folds stays: measured on 115 photos
-# of matte, satin and glossy lipstick, whose unevenness painted lips have, too.
+# Rows in the order of SETTINGS. How much of the lips' lines and folds stays was measured on 115
+# photos of matte, satin and glossy lipstick: painted lips are as uneven as the lips there.
 _FINISHES = {
     "matte":    (0.96, 0.00, 0.80, 0.00, 0.30, 0.80, 0.00, 0.20, 0.30, 0.80, 0.00, 0.50, 0.50, 1.0),
     "satin":    (0.92, 0.40, 0.45, 0.05, 0.35, 0.95, 0.05, 0.50, 0.50, 0.60, 0.00, 0.50, 0.50, 1.0),
@@ -21,7 +21,7 @@ _RIM_WIDTH = 0.34  # share of the way to the middle of the lips
 
 
 def _coats(at: LipsFields, product: GraphicsParams, shape: Shape) -> list[Coat]:
-    """The lipstick, less of it towards the border, and over it the rim of a liner."""
+    """The lipstick, which may fade towards the border, and over it the rim of a lip liner."""
     fade = shape["gradient"]
     # the fade starts at the border and reaches further inwards as it grows
     even = None if fade <= 0 else 1 - fade * fall(at.inward, 0.15 + 0.35 * fade, 0.5 + 0.2 * fade)

@@ -10,7 +10,7 @@ from makeup_video.pipeline.look.params import GraphicsParams
 if TYPE_CHECKING:
     import numpy as np
 
-_THINNEST = 1e-3  # width of a border, so that none is a division by zero
+_THINNEST = 1e-3  # least width of a border, so that nothing divides by zero
 
 
 def smooth(share: "np.ndarray") -> "np.ndarray":
@@ -47,7 +47,7 @@ def _ramp(at: "np.ndarray", middle: float, slope: float) -> "np.ndarray":
 def faded(soft: float, product: GraphicsParams) -> float:
     """The share of a stroke's radius over which a product fades, for `stroke`.
 
-    soft: the same at the edge softness of the finishes, 0.8.
+    soft: this share for a product with the edge softness of the finishes, 0.8.
     """
     return min(soft * (0.2 + product.edge_softness), 1.0)
 

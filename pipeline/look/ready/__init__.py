@@ -4,7 +4,7 @@ NAME.json holds the look's description in words and the look itself, as in a loo
 
     {"words": "a black wing and nude lips", "look": {"version": 2, ...}}
 
-The folder is the list: a further file is a further look.
+The folder is the list: each further file adds a look.
 """
 
 import os
@@ -26,7 +26,7 @@ _FOLDER = Path(__file__).parent
 class ReadyLook:
     """A look with a name.
 
-    words: its description, in one line.  path: the file of the package that has both.
+    words: its description, in one line.  path: the file of the package with both.
     """
 
     name: str
@@ -50,8 +50,10 @@ def ready_looks() -> tuple[ReadyLook, ...]:
 
 
 def ready_look(name: str) -> ReadyLook:
-    """The ready look of a name; case, spaces and underscores do not matter. Raises LookError, and
-    TypeError for what is no text."""
+    """The ready look with this name; case, spaces, hyphens and underscores do not matter.
+
+    Raises LookError for an unknown name, TypeError for anything but text.
+    """
     if not isinstance(name, str):
         raise TypeError(f"a ready look is given by its name, such as 'cat-eye', got {name!r}")
     found = _named(name)
@@ -61,14 +63,14 @@ def ready_look(name: str) -> ReadyLook:
 
 
 def is_file(name: str) -> bool:
-    """Whether `load_look` reads a file for a name, not a ready look: files come first."""
+    """Whether `load_look` reads a file for a name rather than a ready look: files come first."""
     return not is_none(name) and (_is_there(name) or _named(name) is None)
 
 
 def load_look(name: str) -> Look:
     """The look of a look file, a ready look, or `none` for a bare look.
 
-    Raises LookError: for a name that is neither, with the ready looks' names.
+    Raises LookError; for a name that is none of these it lists the ready looks.
     """
     if is_none(name):
         return Look()
@@ -101,7 +103,7 @@ def _named(name: str) -> ReadyLook | None:
 
 
 def _instead(name: str) -> str:
-    """What may be meant by a name, and all ready looks, for the end of a message."""
+    """The ready look that a name may mean, and all ready looks, as the end of a message."""
     names = [one.name for one in ready_looks()]
     meant = did_you_mean(name, names)
     begins = f"{meant} Ready" if meant else "; ready"

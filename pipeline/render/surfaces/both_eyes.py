@@ -19,7 +19,7 @@ _RISE = (-TOP - LID_STEP * np.arange(SIZE_WH[1])[:, None]).astype(np.float32)
 
 
 class BothEyes:
-    """What kinds of makeup know of both eyes of a face, (2, 32, 48) each."""
+    """Heights and distances around both eyes of a face, (2, 32, 48) each, for kinds of makeup."""
 
     def __init__(
         self,
@@ -29,8 +29,9 @@ class BothEyes:
         widths_px: Sequence[float],
         on_face: Callable[[], list[np.ndarray | None]],
     ) -> None:
-        """widths_px: of the eyes; 1 for one that is not seen, so that nothing divides by 0.
-        on_face: makes that of each eye, see LidSurface."""
+        """up, lash_px, below_px: see LidSurface.
+        widths_px: of the eyes; 1 for an eye that is not seen, so that nothing divides by 0.
+        on_face: makes `on_face` of each eye, see LidSurface."""
         self._up, self._lash_px, self._below_px = up, lash_px, below_px
         self._widths_px, self._on_face = widths_px, on_face
 
@@ -41,7 +42,7 @@ class BothEyes:
     @cached_property
     def opened(self) -> list[float]:
         """How far each eye is open, in widths of the eye."""
-        ends = slice(None, None, SIZE_WH[1] - 1)  # both grow evenly from the first row to the last
+        ends = slice(None, None, SIZE_WH[1] - 1)  # the sum changes evenly from row to row
         between = self._lash_px[:, ends] + self._below_px[:, ends]
         least_px = between.min((1, 2)).tolist()
         return [-px / width for px, width in zip(least_px, self._widths_px, strict=True)]
@@ -53,7 +54,7 @@ class BothEyes:
 
     @cached_property
     def to_lay(self) -> EyesToLay:
-        """As kernels/shares.cl takes them."""
+        """Both eyes as kernels/shares.cl takes them."""
         rows_down = [CHART_ROWS / LID / width_px for width_px in self._widths_px]
         fades = [0.5 / LID_STEP / width_px for width_px in self._widths_px]
         heights = self._up, self._lash_px, self._below_px
@@ -72,12 +73,12 @@ class BothEyes:
     def _fields(self, *, is_upper: bool) -> EyeFields:
         wide = np.array(self._widths_px, np.float32)[:, None, None]
         heights = self._up, self._lash_px, self._below_px
-        # not a method: the fields are kept here, and would refer back
+        # not a method: this object keeps the fields, which would refer back to it
         lid_rise = partial(_lid_rise, self._lash_px)
         return EyeFields(is_upper, ACROSS, _RISE, heights, wide, lid_rise)
 
     def on_chart(self, is_upper: bool) -> tuple[np.ndarray, np.ndarray]:
-        """See Surface. What lies beyond the lash line has its density."""
+        """See Surface. Places beyond the lash line have the density of the lash line."""
         if is_upper:
             rows: np.ndarray = self._up * np.float32(CHART_ROWS)
         else:
@@ -86,9 +87,11 @@ class BothEyes:
         return _columns(len(y)), y
 
     def joined(self, upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
-        """Densities above the eyes and below them, (coats, 2, 32, 48) -> both in one. Each fades
-        over a step of the grid beyond the middle between the lash lines, so that two colours that
-        meet there leave no bare line."""
+        """Join densities above the eyes and below them, (coats, 2, 32, 48) each.
+
+        Each side fades over a step of the grid beyond the middle between the lash lines, so that
+        two colours that meet there leave no bare line.
+        """
         fades = np.array(self.to_lay.fades, np.float32)[:, None, None]
         beyond = (self._lash_px - self._below_px) * fades
         above: np.ndarray = upper * np.minimum(np.maximum(1 + beyond, 0), 1)

@@ -1,11 +1,11 @@
 """The skin around the eyes as a surface: places for makeup that follow the eye and its blinks.
 
 Each eye has a grid of its own, in widths of the eye: across from the side of the nose over the
-inner (-0.5) and the outer corner (0.5) to the temple, and from above the brow to the cheek. The
-other eye's grid is its mirror image. Its columns know the heights of the upper lash line (0), the
-crease (1), the fold under the brow bone (1.5) and the lower edge of the brow (2), and how
-far each place lies from both lash lines. A closing lid moves the lash line only, and the lid grows
-with it, as lids do.
+inner (-0.5) and the outer corner (0.5) to the temple, and down from above the brow to the cheek.
+The other eye's grid is its mirror image. Each place has a height: 0 on the upper lash line, 1 in
+the crease, 1.5 in the fold under the brow bone, 2 on the lower edge of the brow. It also has its
+distance from both lash lines. When a lid closes, only the lash line moves, and the lid grows with
+it, as real lids do.
 """
 
 import math
@@ -43,14 +43,15 @@ from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, See
 from makeup_video.pipeline.render.surfaces.surface import Charts, Edge, Laid
 from makeup_video.pipeline.render.surfaces.unfolded import unfolded, upper_charts
 
-# From the outer to the inner corner, as places in EYE: upper lashes, two rings, lower lashes.
+# From the outer to the inner corner, as indices of EYE: upper lashes, two rings, lower lashes.
 _LASHES = np.array([0, 15, 14, 13, 12, 11, 10, 9, 8])
 _CREASE = np.array([16, 25, 26, 27, 28, 29, 30, 31, 24])
 _FOLD = np.array([32, 41, 42, 43, 44, 45, 46, 47, 40])
 _LOWER_LASHES = np.arange(9)
-_LASH_FEATHER, _LEAST_FEATHER_PX = 0.025, 1.2  # away from a lash line; of the eye's width
+# The width of the edge at a lash line, in widths of the eye, and its least width in px.
+_LASH_FEATHER, _LEAST_FEATHER_PX = 0.025, 1.2
 _LID_TO_FACE = 0.75  # luminance of lids in even light: the brow shades them
-# Log luminance of the skin under the eyes beside the face's: behind dark glass, and seen.
+# Log luminance of the skin under the eyes relative to the face's: behind dark glass, and unhidden.
 _BEHIND_GLASS = -1.1, -0.6
 _DEEP_SHADE = 2.2  # a lid darker than a fifth of the face lies in the shade, or behind glass
 # Forehead, chin; outer and inner corners of both eyes.
@@ -59,7 +60,8 @@ NUMBERS = {kind.RIGHT_EYE: 0, kind.LEFT_EYE: 1}  # of the surfaces: EYE is the w
 _NARROWEST_PX = 4
 # How far, in widths of the eye, an open eye opens at least, and a shut one at most.
 _OPEN = 0.07, 0.03
-# The same from the inner to the outer corner, as points of the face, with the brow's lower edge.
+# The same curves from the inner to the outer corner, as points of the face, and the brow's lower
+# edge; for both eyes.
 EYE_CURVES = tuple(
     tuple(
         curve[::-1] for curve in (eye[_LASHES], eye[_CREASE], eye[_FOLD], brow, eye[_LOWER_LASHES])
@@ -67,11 +69,11 @@ EYE_CURVES = tuple(
     for eye, brow in ((EYE, BROW), (RIGHT_EYE, RIGHT_BROW))
 )
 LASH_CURVE, FOLD_CURVE = 0, 2  # places in the curves of an eye
-# For the kernel: of both eyes, (10, RING_POINTS), filled up with zeros.
+# The same for the kernel: (10, RING_POINTS), rows filled up with zeros.
 LID_RINGS = np.zeros((2 * LID_CURVES, RING_POINTS), np.int32)
 for _ring, _curve in zip(LID_RINGS, (curve for eye in EYE_CURVES for curve in eye), strict=True):
     _ring[: len(_curve)] = _curve
-# 0 between the corners of the eye, 1 from a column beyond them on.
+# By column: 0 between the corners of the eye, 1 from one column beyond them on.
 _BEYOND = np.clip((np.abs(OUTWARDS) - 0.5) / LID_STEP, 0, 1).astype(np.float32)
 # Charts: columns as on the grid; rows from the lash line to the height of the brow and more.
 _HEIGHTS = np.arange(CHART_ROWS * CHART_HEIGHT + 1, dtype=np.float32)[None, :, None] / CHART_ROWS
@@ -86,7 +88,7 @@ class LidSurface:
     bone, 2 at the lower edge of the brow.  lash_px, below_px: px of the frame above the upper and
     below the lower lash line; the eyeball is where both are negative.
     normals: (2, H, W).  width_px: of the eye.
-    both: the heights of both eyes of the face.  number: which of them it is.
+    both: what both eyes of the face share.  number: which of these eyes it is.
     is_upper, is_lower: True for the skin above the eye, and for that below it.
     """
 
@@ -155,7 +157,7 @@ class LidSurface:
         return self.both.on_chart(self.is_upper)
 
     def reach(self, edge: Edge, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
-        """Lowest and highest px of the frame with weight, and some more."""
+        """Lowest and highest px of the frame with weight, with a margin."""
         # a pixel of skin is interpolated from places up to the diagonal of a step away
         _, over_px = self._feather(edge)
         beyond_px = 1.5 * self.grid.step_px() + over_px
@@ -184,19 +186,19 @@ class LidSurface:
             there = self.grid.warped(lashes[0], origin_xy, out.shape, -1e3)
             dense = self.grid.warped(density, origin_xy, out.shape, 0.0)
         else:
-            # each side alone, or a nearly shut eye would be closed between two places of the grid;
-            # four channels at once take OpenCV half as long as three alone
+            # each side is warped alone: otherwise a nearly shut eye would close between two places
+            # of the grid. OpenCV warps four channels at once in half the time of three one by one
             maps = cv2.merge([*lashes, density, density])
             warped = self.grid.warped(maps, origin_xy, out.shape, (-1e3, -1e3, 0.0, 0.0))
             there, dense = np.maximum(warped[..., 0], warped[..., 1]), warped[..., 2]
         np.minimum(there, 1, out=there)
         np.multiply(there, dense, out=out)
-        # also removes what lies beyond the lashes
+        # also removes the negative weights beyond the lash lines
         cv2.threshold(out, FAINTEST, 0, cv2.THRESH_TOZERO, out)
 
     def _feather(self, edge: Edge) -> tuple[float, float]:
-        """The width of the edge at a lash line, and how far it reaches over the line since the
-        picture is soft, in px: a blurred edge has its middle where a sharp one has it."""
+        """The width of the edge at a lash line, and how far it reaches over the line because the
+        picture is soft, in px. A blurred edge has its middle where a sharp edge has it."""
         sharp_px = max(_LASH_FEATHER * self.width_px, _LEAST_FEATHER_PX)
         feather_px = math.hypot(sharp_px, FADE_PER_SIGMA * edge.sigma_px)
         return feather_px, 0.5 * (feather_px - sharp_px)
@@ -205,9 +207,8 @@ class LidSurface:
         """Return what to add to the weight between the lash lines: by column, (48,) float32, or one
         number for all.
 
-        A shut eye has no eyeball that must be spared. Beyond the corners there is none either, so
-        that a joined surface has no bare line there, nor along the lashes of an eye that is nearly
-        shut.
+        A shut eye has no eyeball to be spared, and there is none beyond the corners. So a joined
+        surface has no bare line beyond the corners, nor along the lashes of a nearly shut eye.
         """
         opened, (most, least) = self.both.opened[self.number], _OPEN
         shut = min(max((most - opened) / (most - least), 0.0), 1.0)
@@ -219,7 +220,7 @@ class LidSurface:
         return covered
 
     def scaled(self, to_new: AffineArray) -> "LidSurface":
-        """The same on a picture of another size."""
+        """The surface on a picture of another size."""
         grid, share = Grid(compose(to_new, self.grid.to_px), self.grid.size_wh), step_px(to_new)
         return replace(
             self, grid=grid, width_px=self.width_px * share,
@@ -228,7 +229,7 @@ class LidSurface:
 
 
 class EyesRegion:
-    """The lids of both eyes and what is around them, which kernels/surface.cl makes."""
+    """The skin around both eyes. Its surfaces come from kernels/surface.cl."""
 
     def places(self, face: Face) -> list[GridPlace | None]:
         return eye_places(face)
@@ -246,7 +247,7 @@ class EyesRegion:
         return scene.regions.get("eyes", ())
 
     def amount(self, scene: FaceScene) -> float:
-        """None on dark glasses: there the skin right under the eyes is dark as well."""
+        """0 behind dark glasses, which darken the skin right under the eyes as well."""
         hidden, seen = _BEHIND_GLASS
         share = (math.log(scene.light.under_eyes) - hidden) / (seen - hidden)
         return min(max(share, 0.0), 1.0)
@@ -254,9 +255,8 @@ class EyesRegion:
     def shade(self, light: SceneLight, mean: float) -> float:
         """Lids are skin: where they are darker than the face, less light falls on them.
 
-        So shadow stays shadow in deep-set eyes, and behind sunglasses nothing shines. But lashes,
-        folds and pigment darken lids as well: half of what lids are darker, in logarithms, counts
-        as shade.
+        So deep-set eyes stay in shadow, and nothing shines behind sunglasses. But lashes, folds and
+        pigment darken lids as well: only half of the difference, in logarithms, counts as shade.
         """
         if light.skin <= 0:
             return 1.0
@@ -268,8 +268,7 @@ EYES = EyesRegion()
 
 
 def eye_places(face: Face) -> list[GridPlace | None]:
-    """Where the grids of both eyes lie; None for one too narrow to be seen (a face
-    from the side)."""
+    """Where the grids of both eyes lie; None for an eye too narrow to be seen, as from the side."""
     corners = face.points_px.take(_CORNERS, 0)[:, :2].tolist()
     forehead, chin, left, left_inner, right, right_inner = corners
     up = forehead[0] - chin[0], forehead[1] - chin[1]

@@ -1,5 +1,4 @@
-"""The lids' surface in numpy: what `reference` reads photos with, and the twin that
-kernels/surface.cl is tested against."""
+"""The lids' surface in numpy, the twin of kernels/surface.cl; pipeline/reference uses it, too."""
 
 from functools import partial
 
@@ -75,11 +74,11 @@ def light_on_lid(surface: LidSurface, luminance: np.ndarray) -> tuple[np.ndarray
 
 
 def lid_curves(face: Face) -> list[tuple[Grid, np.ndarray] | None]:
-    """For both eyes, each with its grid: lash line, crease and fold, (3, 48) rows of the grid by
-    column, as the mesh has them: they meet at the corners of the eye. For photos alone: the kernel
-    makes no such curves.
+    """The grid of each eye, and its lash line, crease and fold.
 
-    None for an eye that is too narrow to be seen.
+    These are (3, 48), rows of the grid by column. The curves are the mesh's own, which meet at the
+    corners of the eye. Only photos need them: the kernel makes no such curves. None for an eye that
+    is too narrow to be seen.
     """
     return [None if eye is None else (eye[0], eye[1][:3]) for eye in _eyes(face)]
 
@@ -140,14 +139,14 @@ def _heights(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _held(rows: np.ndarray, below: np.ndarray, share: float) -> np.ndarray:
-    """Rows of a curve that are held on the grid, above the curve below it."""
+    """The rows of a curve, held on the grid and above the curve below."""
     held: np.ndarray = np.clip(rows, share * below, below - LID_LEAST)
     return held
 
 
 def _gap(gap: np.ndarray, apart: np.ndarray) -> np.ndarray:
-    """Rows (..., columns) of a gap below a curve: at least LID_LEAST, and beyond the corners not
-    much less than the mesh's curves lie `apart` just inside them."""
+    """The gap below a curve, rows (..., columns), held to at least LID_LEAST. Beyond the corners it
+    is also kept from falling far below `apart`, the gap of the mesh's curves, just inside them."""
     held = np.full_like(gap, LID_LEAST)
     for seed, fall, side in zip(LID_SEEDS, LID_FALLS, (-1, 1), strict=True):
         beyond = side * (COLUMNS - seed)
@@ -157,15 +156,17 @@ def _gap(gap: np.ndarray, apart: np.ndarray) -> np.ndarray:
 
 
 def _distance_px(lashes: np.ndarray, steps_px: np.ndarray) -> np.ndarray:
-    """(E, H, W) px of the frame above lash lines, (E, 1, columns) rows, across the line."""
+    """(E, H, W): how far places lie above lash lines, px of the frame, at right angles to the line.
+
+    lashes: rows, (E, 1, columns).
+    """
     slope = slopes_along(lashes, 1)
     above: np.ndarray = (lashes - _ROWS) * (steps_px / np.sqrt(1 + slope * slope))
     return above
 
 
 def _normals(y: np.ndarray, depth: np.ndarray, ring: np.ndarray) -> np.ndarray:
-    """(E, 2, H, W) float32, x and y of the unit normal in the grid's axes; z is
-    towards the viewer."""
+    """(E, 2, H, W) float32: x and y of the unit normal in the grid's axes; z is to the viewer."""
     columns = np.clip(COLUMNS, LID_TURNS[0], LID_TURNS[1])
     slopes = slopes_along(depth[:, 1], 1)[:, None, columns]
     below_lower = np.clip(_ROWS - y[:, 4, None], 0, 1)

@@ -1,8 +1,8 @@
 """The whole face as a surface: places for blush and highlighter that stick to the cheeks.
 
-A square grid lies over the face, turned with the line of the eyes. Its nodes know their places on
-the mean face (`across`, `down`), so that a product that is described there once moves with every
-face; how they are turned; whether the face is seen there; and whether it is bare skin.
+A square grid lies over the face, turned with the line of the eyes. Each node knows its place on the
+mean face (`across`, `down`), so that a product that is described there once moves with every face.
+It also knows how the face is turned there, whether the face is seen, and whether it is bare skin.
 """
 
 import math
@@ -44,10 +44,10 @@ from makeup_video.pipeline.render.light_planes import light_planes
 from makeup_video.pipeline.render.surfaces.face_points import fit_points, fit_tables
 from makeup_video.pipeline.render.surfaces.surface import Charts, Edge, Laid
 
-_NARROWEST_PX = 8  # IOD
+_NARROWEST_PX = 8  # least distance of the outer eye corners (IOD) in the picture
 EIGHTH_BITS = 3  # OpenCV takes corners of polygons in eighths of a px
 
-# Closed contours: where a face has no skin.
+# Closed contours of the parts of a face that are no bare skin.
 _BROW = 70, 63, 105, 66, 107, 55, 65, 52, 53, 46
 _OTHER_BROW = 300, 293, 334, 296, 336, 285, 295, 282, 283, 276
 _NOSTRIL = 79, 239, 238, 20, 60, 75, 166
@@ -59,19 +59,19 @@ _HOLES = [
         _BROW, _OTHER_BROW, _NOSTRIL, _OTHER_NOSTRIL,
     )
 ]  # fmt: skip
-# The outline of a turned face: the oval, or the nose and the mouth before it.
+# Points whose convex hull is a face's outline: nose and mouth stick out of a turned face's oval.
 OUTLINE = np.concatenate([FACE_OVAL, [1, 4, 5, 195, 197, 6, 0, 17, 37, 267, 98, 327, 50, 280]])
 # All points that are drawn, and where each contour among them ends.
 _DRAWN = np.concatenate([OUTLINE, *_HOLES])
 _ENDS = np.cumsum([len(OUTLINE), *map(len, _HOLES)]).tolist()
 
-# The chart: what of the mean face may be painted, and more, in IOD across and down; px for one IOD.
+# The chart covers more than can be painted of the mean face: IOD across and down; px for one IOD.
 _CHARTED, _CHART_PX = ((-1.1, 1.1), (-0.6, 1.2)), np.float32(96)
 _ACROSS, _DOWN = (np.arange(low, high, 1 / _CHART_PX, dtype=np.float32) for low, high in _CHARTED)
 _CHART = FaceFields(_ACROSS[None, None], _DOWN[None, :, None])
 
 _ACROSS_AND_DOWN = np.array((1, 1, 0), np.float32)
-_HIDDEN_BELOW = 0.15  # `down`, when the mouth is hidden
+_HIDDEN_BELOW = 0.15  # `down` below which skin is not sampled when the mouth is hidden
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,9 +85,9 @@ class FaceSurface:
     visible: 0..1, how far the face is seen and may be skin: 0 beyond its outline, where it turns
     away, and on eyes, brows, lips and nostrils.
     likeness: 0..1, how much it looks like this face's skin.
-    laid, weights: what was computed of these arrays, for the next frame of a resting face: coats by
-    their charts and opacities; weights by the `id` of their density, with their box, and with the
-    density, so that its id stays taken.
+    laid, weights: results that are kept for the next frame of a resting face: laid coats by their
+    charts and opacities; weights and their box by the `id` of the density. The density is kept with
+    them, so that no other object gets its id.
     """
 
     grid: Grid
@@ -103,7 +103,7 @@ class FaceSurface:
     )
     number: ClassVar[int] = 0
     is_broad: ClassVar[bool] = True
-    READ: ClassVar = "across", "down", "normals", "facing", "visible", "likeness"  # by the kernel
+    READ: ClassVar = "across", "down", "normals", "facing", "visible", "likeness"  # from the kernel
 
     def sides(self) -> "list[FaceSurface]":
         return [self]
@@ -115,7 +115,7 @@ class FaceSurface:
         key = charts, tuple(opacities)
         if key not in self.laid:
             laid = lay_coats(self, charts, opacities)
-            # the same object in every frame, by which `weights` knows it
+            # the same array objects in every frame: `weights` has them by their ids
             self.laid[key] = laid._replace(density=list(laid.density))
         return self.laid[key]
 
@@ -140,7 +140,7 @@ class FaceSurface:
         return x, y
 
     def reach(self, edge: Edge, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
-        """Lowest and highest px of the frame with weight, and some more."""
+        """Lowest and highest px of the frame with weight, with a margin."""
         _, box = self._weight(density)
         return self.grid.box_px(box, more=1)  # weights are interpolated
 
@@ -158,18 +158,18 @@ class FaceSurface:
         cv2.threshold(there, FAINTEST, 0, cv2.THRESH_TOZERO, out)
 
     def scaled(self, to_new: AffineArray) -> "FaceSurface":
-        """The same on a picture of another size; to_new: px of the frame -> px of that picture."""
+        """The surface on a picture of another size.  to_new: px of the frame -> px of it."""
         return self.on(Grid(compose(to_new, self.grid.to_px), self.grid.size_wh))
 
     def on(self, grid: Grid) -> "FaceSurface":
-        """The same at another place."""
+        """The surface at another place on the frame."""
         return FaceSurface(
             grid, self.across, self.down, self.normals, self.facing, self.visible, self.likeness,
             self.laid, self.weights,
         )  # fmt: skip
 
     def _weight(self, density: np.ndarray | None) -> tuple[np.ndarray, Box]:
-        """The weight of a product on the grid, and where there is any."""
+        """The weight of a product on the grid, and the box around all weight."""
         if id(density) not in self.weights:
             weight: np.ndarray = self.visible * self.likeness
             if density is not None:
@@ -182,9 +182,9 @@ class FaceSurface:
 class FaceOnGrid(NamedTuple):
     """The grid of a face, laid over it.
 
-    points: (U, 3) float32, `used_points` in px of the grid; z as well, away from the viewer, but 0
-    for those that are only drawn.
-    middle_xy: of the grid, in px of it from the middle between the eye corners.
+    points: (U, 3) float32, `used_points` in px of the grid; z, too, away from the viewer, but 0 for
+    points that are only drawn.
+    middle_xy: the grid's middle, in px of the grid from the middle between the eye corners.
     """
 
     place: GridPlace
@@ -201,8 +201,8 @@ def face_on_grid(face: Face, middle_xy: PointXY | None = None) -> FaceOnGrid | N
     """Lay the grid over a face. None for a face too small, from the side, or with points that are
     not finite.
 
-    middle_xy: that of FaceOnGrid, where the face has a grid already; by default the middle of the
-    points.
+    middle_xy: of the FaceOnGrid that the face already has; by default the grid's middle is that of
+    the points.
     """
     (x0, y0, z0), (x1, y1, z1) = face.points_px.take(EYE_CORNERS, 0).tolist()
     right, down = x1 - x0, y1 - y0
@@ -242,7 +242,7 @@ def face_surface(face: Face, frame: Frame, coding: Coding, kernel: FaceKernel) -
 def surface_at(
     at: FaceOnGrid, face: Face, frame: Frame, coding: Coding, kernel: FaceKernel
 ) -> LitFace:
-    """The same where the grid is laid already."""
+    """`face_surface` of a face over which the grid is laid already."""
     frame_wh = frame.width_px, frame.height_px
     inside, holes = drawn(at.points)
     given = FaceToRead(
@@ -256,12 +256,12 @@ def surface_at(
 
 @cache
 def used_points() -> np.ndarray:
-    """All points that a surface depends on, places in points_px: first `fit_points`."""
+    """All points that a surface depends on, as indices of points_px; `fit_points` come first."""
     return np.concatenate([fit_points(), _DRAWN])
 
 
 def points_in_iod(on_grid: np.ndarray) -> np.ndarray:
-    """The points of the fit, from the middle of the grid.
+    """The points of the fit in IOD, from the middle of the grid.
 
     on_grid: points of FaceOnGrid.
     """
@@ -291,8 +291,8 @@ def drawn(on_grid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sampled_down(face: Face) -> float:
-    """The skin is sampled above this `down`: where a hand or a mask hides the mouth, the cheeks are
-    no samples."""
+    """The `down` above which the skin is sampled: where a hand or a mask hides the mouth, the
+    cheeks give no samples."""
     return _HIDDEN_BELOW + (LOWEST[0] - _HIDDEN_BELOW) * face.mouth_weight
 
 

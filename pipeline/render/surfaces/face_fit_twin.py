@@ -1,9 +1,10 @@
-"""Where each place of a face's picture lies on the mean face, and how it is turned there: the numpy
-twin of the fit in kernels/face.cl.
+"""The numpy twin of the fit in kernels/face.cl.
 
-The 478 points say it at themselves only. Between them a cubic in the picture's x and y holds for
-the whole face, and a sum of Gaussians around the points adds what the cubic misses. Both come from
-one solve: a Gaussian process with these two as its covariance (Rasmussen and Williams 2006, 2.7).
+The fit finds where each place of a face's picture lies on the mean face, and how the face is turned
+there. The 478 points tell this only at the points themselves. Between them a cubic in the picture's
+x and y holds for the whole face, and a sum of Gaussians around points adds what the cubic misses.
+Both come from one solve: a Gaussian process with these two as its covariance (Rasmussen and
+Williams 2006, 2.7).
 Points that turn away from the viewer, or that another part of the face hides (the cheek behind the
 nose), count for next to nothing.
 """
@@ -33,7 +34,7 @@ class FaceFit:
     """Five smooth functions of the picture: across, down, and x, y and facing of the normal.
 
     xy: (P, 2) float32, the points in the picture, in IOD.
-    cubic: (5, 10).  bumps: (5, P), heights of the Gaussians.
+    cubic: (5, 10), coefficients.  bumps: (5, P), heights of the Gaussians.
     """
 
     xy: np.ndarray
@@ -47,15 +48,17 @@ class FaceFit:
         """
         near_x = _gaussian(columns[:, None] - self.xy[:, 0])
         near_y = _gaussian(rows[:, None] - self.xy[:, 1])
-        # one product for each field: of one large product OpenBLAS makes work for all cores
+        # one product for each field: OpenBLAS would spread one large product over all cores
         fields: np.ndarray = (self.bumps[:, None] * near_y) @ near_x.T
         fields += (self.cubic @ cubics).reshape(fields.shape)
         return fields
 
 
 def fit(points: np.ndarray) -> FaceFit:
-    """points: (P, 3) float32, `fit_points` of a face in IOD, turned upright; z away from the
-    viewer."""
+    """Fit the functions to a face.
+
+    points: (P, 3) float32, `fit_points` of the face in IOD, turned upright; z away from the viewer.
+    """
     model = fit_tables()
     points = points.clip(-MOST_OFF, MOST_OFF)
     normals = _normals(points, model)
@@ -78,7 +81,7 @@ def fit(points: np.ndarray) -> FaceFit:
 
 
 def monomials(xy: np.ndarray) -> np.ndarray:
-    """(N, 10) of x and y, the first two columns of (N, 2 or more): up to the third degree."""
+    """(N, 2 or more), of which the first columns are x and y -> (N, 10): terms up to degree 3."""
     return products(xy, DEGREE)
 
 

@@ -10,11 +10,11 @@ from makeup_video.pipeline.render.grid import Grid
 from makeup_video.pipeline.render.surfaces.face import EIGHTH_BITS, OUTLINE
 
 _FEATHER = 2  # px of the grid, inwards
-_MARGIN = 2 * _FEATHER + 1  # so that the border of the picture is no outline
+_MARGIN = 2 * _FEATHER + 1  # px drawn beyond the grid, so that its border is not feathered
 
 
 def parts_on_face(face: Face, grids: Sequence[Grid | None]) -> list[np.ndarray | None]:
-    """For each grid what `within_outline` gives; None for no grid, too."""
+    """`within_outline` of each grid; None also where there is no grid."""
     outline = outline_of(face)
     return [None if grid is None else within_outline(outline, grid) for grid in grids]
 
@@ -26,11 +26,13 @@ def outline_of(face: Face) -> np.ndarray:
 
 
 def within_outline(outline: np.ndarray, grid: Grid) -> np.ndarray | None:
-    """(H, W) float32, 1 on the face and 0 beyond its outline, with a soft border on the face; None
-    where all of the grid lies on it."""
+    """(H, W) float32: 1 on the face and 0 beyond its outline, with a soft border on the face.
+
+    None where all of the grid lies on the face.
+    """
     to_grid, (wide, high) = invert(grid.to_px), grid.size_wh
     xy = outline @ to_grid[:, :2].T + to_grid[:, 2]
-    near = np.clip(xy, -4 * wide, 5 * wide) + _MARGIN
+    near = np.clip(xy, -4 * wide, 5 * wide) + _MARGIN  # so that OpenCV takes all numbers
     corners = np.rint(near * 2**EIGHTH_BITS).astype(np.int32)
     inside = np.zeros((high + 2 * _MARGIN, wide + 2 * _MARGIN), np.uint8)
     cv2.fillConvexPoly(inside, corners, 255, cv2.LINE_AA, EIGHTH_BITS)

@@ -9,23 +9,24 @@ from makeup_video.pipeline.faces.topology import EYE, LIPS, RIGHT_EYE
 
 # All lengths are in IOD, the distance of the outer eye corners.
 UP, DOWN = -0.5, 1.0  # which points are used: from above the brows to the chin's upper half
-_GAP = 0.15  # between the points that are used
-_APART = 0.12, 0.245  # on the mean face: a point may hide others that are so far off (0 to 1)
+_GAP = 0.15  # least distance of the points that are used
+# Distances on the mean face: up to the first a point hides no other, from the second on it may.
+_APART = 0.12, 0.245
 _FRONT = -0.15  # z of the mean face: points in front of it may hide others
 _TANGENT_DEGREE, _TANGENT_SPAN = 5, 0.8
 
-# The mobile parts of eyes and mouth would bend the surface beside them: all of the eyes but their
-# corners and the outer ring, and the lips inside their border.
+# Points that are not used: the mobile parts of eyes and mouth would bend the surface beside them.
+# They are all of the eyes but their corners and the outer ring, and the lips inside their border.
 _MOBILE = np.concatenate([
     LIPS[20:], EYE[1:8], EYE[9:32], EYE[-5:], RIGHT_EYE[1:8], RIGHT_EYE[9:32], RIGHT_EYE[-5:],
 ])  # fmt: skip
-# Used whatever is beside them: nose, cheeks, cupid's bow.
+# Always used, however close others are: nose, cheeks, cupid's bow.
 _KEPT = [4, 1, 5, 195, 197, 168, 0, 37, 164, 50, 205, 117, 187, 101]
 
 
 @cache
 def fit_points() -> np.ndarray:
-    """The points that a fit uses, (P,) places in points_px."""
+    """The points that a fit uses, (P,) indices of points_px."""
     return _spread_points(read_array("mean_face.npy"), read_array("mirror.npy"))
 
 
@@ -80,7 +81,7 @@ def _powers(values: np.ndarray, degree: int) -> np.ndarray:
 
 
 def _spread_points(mean: np.ndarray, mirror: np.ndarray) -> np.ndarray:
-    """Points of the mean face, at least _GAP apart but for _KEPT; with each its mirror image."""
+    """Points of the mean face, and their mirror images: _KEPT, and others at least _GAP apart."""
     mobile = set(_MOBILE.tolist())
     free = [
         i

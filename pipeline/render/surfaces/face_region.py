@@ -1,5 +1,7 @@
-"""The whole face as a region. It is read only for looks that paint it, and while the face rests in
-the same light its surface is used for up to three frames of one slot of time."""
+"""The whole face as a region, which is read only for looks that paint it.
+
+While a face rests in the same light, its surface serves up to three frames of one slot of time.
+"""
 
 from dataclasses import dataclass
 from functools import cache
@@ -22,10 +24,10 @@ from makeup_video.pipeline.render.surfaces.face import (
 from makeup_video.pipeline.render.surfaces.face_points import fit_points
 from makeup_video.pipeline.render.surfaces.region import Reader
 
-# A surface is used again for so many frames, all in the slot of time in which it was made.
+# How often a surface may be used again, only in the slot of time in which it was made.
 _MOST_USES, SLOT_SECONDS = 2, 0.1
-# How far it holds: points moved by so many px of the grid (1.6 % of the eyes' distance), luma
-# of a quarter of the face by such a share of its range, and the mouth hidden by so much more.
+# The largest changes with which it still holds: points moved, in px of the grid (1.6 % of the eyes'
+# distance); luma of a quarter of the face, as a share of its range; weight of the mouth.
 _MOVED_PX, _LIT_ANEW, _HIDDEN = 0.4, 4 / 255, 0.05
 
 
@@ -49,8 +51,7 @@ class KeptFace:
     uses: int = 0
 
     def grid_of(self, face: Face, luma: np.ndarray, seconds: float) -> Grid | None:
-        """The grid where the surface lies now; None when a surface of this face, made now, might
-        differ."""
+        """The grid where the surface lies now; None when a surface made anew might differ."""
         if (
             self.uses >= _MOST_USES
             or self.last_seconds >= seconds
@@ -66,7 +67,7 @@ class KeptFace:
 
 
 class FaceRegion:
-    """The whole face. Its light has no memory: that on its skin is followed over time already."""
+    """The whole face. It keeps no mean light: the light on skin is already followed over time."""
 
     def lit(self, item: FrameScene, scene: FaceScene, reader: Reader) -> tuple[Lit, ...]:
         face, frame = scene.face, item.frame
@@ -108,7 +109,7 @@ def _luma_of(frame: Frame, face: Face) -> np.ndarray:
 
 @cache
 def _quarters() -> np.ndarray:
-    """(4, P) float32: the matrix from `fit_points` to the means of four quarters of a face."""
+    """(4, P) float32: the matrix from values at `fit_points` to the means of a face's quarters."""
     x, y = read_array("mean_face.npy")[fit_points(), :2].T
     is_right, is_low = x > 0, y > np.median(y)
     quarter = 2 * is_low + is_right

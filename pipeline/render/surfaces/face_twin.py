@@ -36,13 +36,13 @@ from makeup_video.pipeline.render.surfaces.face import (
 )
 from makeup_video.pipeline.render.surfaces.face_fit_twin import fit, monomials
 
-_SECOND = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)[::2, ::2].ravel()  # places in the grid
+_SECOND = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)[::2, ::2].ravel()  # every other node
 
 
 def face_surface_twin(
     face: Face, frame: Frame, coding: Coding
 ) -> tuple[FaceSurface, np.ndarray, float] | None:
-    """The same as `face_surface`, the twin of kernels/face.cl."""
+    """`face_surface` in numpy, the twin of kernels/face.cl."""
     at = face_on_grid(face)
     if at is None:
         return None
@@ -94,13 +94,13 @@ def _shown(inside: np.ndarray, holes: np.ndarray) -> np.ndarray:
 
 
 def _line(at: np.ndarray, bare: float, full: float) -> np.ndarray:
-    """0 at `bare`, 1 at `full`, and straight on."""
+    """The straight line that is 0 at `bare` and 1 at `full`; values are not limited to 0..1."""
     share: np.ndarray = (at - np.float32(bare)) * np.float32(1 / (full - bare))
     return share
 
 
 def _visible(shown: np.ndarray, down: np.ndarray, facing: np.ndarray) -> np.ndarray:
-    """(40, 40) float32, as the surface has it.  shown: `_shown`."""
+    """(40, 40) float32: `visible` of FaceSurface.  shown: the result of `_shown`."""
     lines = _line(facing, *FACING), _line(down, *HIGHEST), _line(down, *LOWEST)
     visible: np.ndarray = np.clip(np.minimum.reduce([shown, *lines]), 0, 1)
     visible *= visible * (3 - 2 * visible)
@@ -110,9 +110,10 @@ def _visible(shown: np.ndarray, down: np.ndarray, facing: np.ndarray) -> np.ndar
 def _samples(
     visible: np.ndarray, down: np.ndarray, lowest: float, grid: Grid, frame: Frame
 ) -> np.ndarray:
-    """Places in (1600,) of samples of the skin: each second node that is seen in the picture.
+    """Indices of the nodes that are samples of the skin: each second node of each second row that
+    is seen in the picture.
 
-    lowest: `sampled_down`.
+    lowest: the result of `sampled_down`.
     """
     here = visible.take(_SECOND) > SAMPLED
     here &= down.take(_SECOND) < lowest

@@ -1,7 +1,7 @@
 """The lips of a face as a surface: where lipstick goes, the shape, the broad light.
 
-All of it lives on the grid of the face's lip patch, which is turned with the face. The lips are
-cut into columns; each has four contour points and the depths of the mesh's four rings.
+All arrays lie on the face's lip patch, which is turned with the face, or on a coarser grid there.
+The lips are cut into columns; each has four contour points and the depths of the mesh's four rings.
 """
 
 import math
@@ -30,8 +30,8 @@ from makeup_video.pipeline.render.scene import FaceScene, FrameScene, Lit, Scene
 from makeup_video.pipeline.render.surfaces.region import LitSurface, Reader, SeenFace
 from makeup_video.pipeline.render.surfaces.surface import Charts, Edge, Laid
 
-COARSE = 2  # px of the patch to one of the grid of shape and light
-# The mesh's rings from border to opening, each from corner to corner, as places in LIPS.
+COARSE = 2  # px of the patch for one px of the coarse grid, which holds shape and light
+# The mesh's rings from border to opening, each from corner to corner, as indices of LIPS.
 _RINGS = (0, 40, 60, 20)
 LOWER = np.array([[ring + i for i in range(11)] for ring in _RINGS])
 UPPER = np.array([[ring, *range(ring + 11, ring + 20), ring + 10] for ring in _RINGS])
@@ -39,19 +39,20 @@ UPPER = np.array([[ring, *range(ring + 11, ring + 20), ring + 10] for ring in _R
 LIP_RINGS = LIPS[np.concatenate([UPPER, LOWER])]
 _CONTOURS = np.concatenate([LIPS_OUTER, LIPS_INNER])
 _ODDS_PER_PX = 1.1  # the mask's steepness at the border: median over photos
-# Half the width of the edge: px of the patch at softness 0 and what 1 adds; least px of the frame.
+# Half the width of the edge: px of the patch at softness 0, px that softness 1 adds, and the least
+# px of the frame.
 _FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.72, 4.8, 0.7
-# Log-odds that pale products get at the outer border. The lips' red goes on beyond it for a px or
-# two, and would be a rim around products that are paler than it.
+# Log-odds that pale products get at the outer border. The lips' red goes on for a px or two beyond
+# the border, and would be seen as a rim around paler products.
 _WIDER = 1.2
-_LOW, _HIGH = -2.0, 3.0  # of an edge, whose middle is 0.5: farther away nothing shows
-_BEYOND = -15.0  # beyond the patch: half the odds
+_LOW, _HIGH = -2.0, 3.0  # bounds of values across the edge, which only count in 0..1
+_BEYOND = -15.0  # half the log-odds of all places beyond the patch
 _SUB_BITS = 4
 _SUB = 2**_SUB_BITS  # parts of a px in which contours are drawn
 _INWARD_SIGMA_PX = 1.0  # of the patch
-_SIGMAS = 4  # of a blur: as far as OpenCV blurs
+_SIGMAS = 4  # how far OpenCV's blur reaches
 _MARGIN = 3  # px of the coarse grid: more than the blur's four px of the patch
-_AROUND = 3  # px of the patch around what is seen
+_AROUND = 3  # px of the patch that are warped around the part with weight
 # The chart: one row from the border of the lips to where they meet.
 _CHART_PX = 255
 _CHART = LipsFields(lambda: np.linspace(0, 1, _CHART_PX + 1, dtype=np.float32)[None, None])
@@ -62,12 +63,12 @@ class LipsSurface:
     """Lips, ready to be painted; (H, W) float32 on the patch, (H/2, W/2) on the coarse grid.
 
     grid: where the coarse grid lies on the frame.  odds: (H, W) log-odds of lipstick, limited to
-    the contours' neighbourhood.  rim: (H, W), by how many half widths of the edge it is pushed
+    the contours' neighbourhood.  rim: (H, W), by how many of its half widths the edge is pushed
     inwards: 0.5 at the rim of an open mouth, -0.3 where shut lips meet, 0 at the outer border.
     normals: (3, H/2, W/2), x and y, and how exposed they are to light: not in the furrow where the
     lips meet.
     upper: (H/2, W/2) share of each px that lies above the line where the lips meet.
-    boxes: of the patch, where weight was found by its edge.
+    boxes: the part of the patch with weight, by edge; kept once it is found.
     """
 
     face: Face
@@ -108,7 +109,7 @@ class LipsSurface:
         return columns, np.zeros_like(columns)
 
     def reach(self, edge: Edge, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
-        """Lowest and highest px of the frame with weight, and some more."""
+        """Lowest and highest px of the frame with weight, with a margin."""
         patch = Grid(self.face.lips.to_px, self.odds.shape[::-1])
         soft = math.ceil(_SIGMAS * edge.sigma_px / patch.step_px())
         return patch.box_px(self._box(edge), more=2 + soft)  # weights are interpolated
@@ -122,8 +123,8 @@ class LipsSurface:
     ) -> None:
         """Fill (h, w) float32 with the weight of lipstick on the frame's pixels from origin_xy on.
 
-        1 on the lips, 0 beyond their edge. At an open mouth most of the edge is on the lips, at a
-        shut one it is pushed over the seam.
+        It is 1 on the lips and 0 beyond their edge. At an open mouth most of the edge lies on the
+        lips; where shut lips meet, the edge is pushed over the seam.
         """
         x, y, wide, high = self._box(edge)
         left, top = max(x - _AROUND, 0), max(y - _AROUND, 0)
@@ -133,20 +134,20 @@ class LipsSurface:
         rim = self.rim[part]
         wider = 0.5 * _WIDER * edge.wider / half
         across = cv2.addWeighted(self.odds[part], 0.5 / half, rim, -0.5, 0.5 + wider)
-        if wider:  # not towards an open mouth
+        if wider:  # but not wider towards an open mouth
             cv2.scaleAdd(np.maximum(rim, 0), -wider / ONTO_LIP, across, dst=across)
         a, b, shift_x, c, d, shift_y = Affine.from_array(self.face.lips.to_px)
         shift_x += a * left + b * top - origin_xy[0]
         shift_y += c * left + d * top - origin_xy[1]
         if abs(a * d - b * c) > 1.5**2:
-            # twice as fine by cubics, then linear: on large faces a third of the cost of cubics
-            # alone. Cubics would swing up beside a steep fall, and stand as a spike on the skin
+            # cubics to twice the size, then linear: on large faces a third of the cost of cubics
+            # alone. Unbounded, cubics would swing up beside a steep fall, as a spike on the skin
             np.minimum(np.maximum(across, _LOW, out=across), _HIGH, out=across)
             across = cv2.resize(across, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
             a, b, c, d = a / 2, b / 2, c / 2, d / 2
             shift_x, shift_y = shift_x - (a + b) / 2, shift_y - (c + d) / 2
         to_px = np.array(((a, b, shift_x), (c, d, shift_y)))
-        # in an array of its own: rows of `out` are apart, which slows each step
+        # in an array of its own: rows of `out` are apart in memory, which slows each step
         there: np.ndarray = cv2.warpAffine(
             across, to_px, out.shape[::-1],
             borderMode=cv2.BORDER_CONSTANT, borderValue=_BEYOND / half,
@@ -169,13 +170,13 @@ class LipsSurface:
         return self.boxes[edge]
 
     def _half_edge(self, edge: Edge) -> float:
-        """Odds from the middle of the edge to where it ends."""
+        """Log-odds from the middle of the edge to its end."""
         least_px = _FEATHER_LEAST_PX / step_px(self.face.lips.to_px)
         feather = max(_FEATHER_PX + _FEATHER_MORE_PX * edge.softness**2, least_px)
         return feather * _ODDS_PER_PX
 
     def scaled(self, to_new: AffineArray) -> "LipsSurface":
-        """The same on a picture of another size."""
+        """The surface on a picture of another size."""
         grid = Grid(compose(to_new, self.grid.to_px), self.grid.size_wh)
         return replace(self, grid=grid, face=moved(self.face, to_new), boxes={})
 
@@ -230,20 +231,20 @@ def _inward(face: Face, grid: Grid) -> np.ndarray:
     """(H, W) float32 on the grid: 0 at the outer border of the lips and beyond, 1 where they meet
     or the mouth opens.
 
-    It is the share of the distances to both contours, on the patch, where they are drawn: on the
-    part of it around them.
+    It is the distance to the border, as a share of the distances to both contours. They are drawn
+    on the patch, only on the part around them.
     """
     to_patch = invert(face.lips.to_px)
     points = face.points_px.take(_CONTOURS, 0)[:, :2] @ to_patch[:, :2].T
     points += to_patch[:, 2]
-    np.minimum(np.maximum(points, -99, out=points), 999, out=points)
+    np.minimum(np.maximum(points, -99, out=points), 999, out=points)  # so that OpenCV takes them
     points *= _SUB
     fixed = np.rint(points, out=points).astype(np.int32)
     wide, high = grid.size_wh
     x, y, across, down = cv2.boundingRect(fixed)
     (left, right), (top, bottom) = _span(x, across, wide), _span(y, down, high)
     inward = np.zeros((high, wide), np.float32)
-    if right <= left or bottom <= top:  # beyond the patch
+    if right <= left or bottom <= top:  # the lips lie beyond the patch
         return inward
     fixed -= (left * COARSE * _SUB, top * COARSE * _SUB)
     hw = (bottom - top) * COARSE, (right - left) * COARSE
@@ -261,9 +262,9 @@ def _inward(face: Face, grid: Grid) -> np.ndarray:
 
 
 def _span(first: int, length: int, most: int) -> tuple[int, int]:
-    """Where contours lie on the coarse grid, and all that the blur brings them to.
+    """Begin and end on the coarse grid of contours, and of all px that their blur reaches.
 
-    first, length: in parts of a px of the patch.  most: px of the grid.
+    first, length: of the contours, in parts (_SUB) of a px of the patch.  most: px of the grid.
     """
     step = COARSE * _SUB
     return max(first // step - _MARGIN, 0), min((first + length) // step + 1 + _MARGIN, most)

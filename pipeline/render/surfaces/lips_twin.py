@@ -77,8 +77,8 @@ def lips_surface(face: Face) -> LipsSurface | None:
 def light_on_lips(surface: LipsSurface, luminance: np.ndarray) -> tuple[np.ndarray, float]:
     """Luminance on the grid -> the broad light on the grid, and its mean over the lips.
 
-    Each lip is blurred alone: the upper one is mostly in the shade, and would make a highlight
-    of all the lower one.
+    Each lip is blurred alone: the upper lip is mostly in the shade, and beside it all of the lower
+    lip would count as a highlight.
     """
     odds = cv2.resize(surface.odds, luminance.shape[::-1], interpolation=cv2.INTER_AREA)
     upper = (odds > 0) * surface.upper
@@ -88,7 +88,7 @@ def light_on_lips(surface: LipsSurface, luminance: np.ndarray) -> tuple[np.ndarr
 
 
 def _curves(xyz: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """(2, 4, 2, C) float32: of the upper and the lower lip, each ring's y and z at every column."""
+    """(2, 4, 2, C) float32: for upper and lower lip, each ring's y and z at every column."""
     points = xyz[np.concatenate([UPPER, LOWER])]
     x = np.maximum.accumulate(points[..., 0], axis=1)  # a face seen from the side folds its rings
     yz = points[..., 1] + 1j * points[..., 2]  # np.interp takes both at once
@@ -97,11 +97,12 @@ def _curves(xyz: np.ndarray, columns: np.ndarray) -> np.ndarray:
 
 
 def _border(xy: np.ndarray, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """(H, C) how far within the lips' border each px lies, negative outside: the distance to the
-    nearest of its straight parts, and its winding number. Beside a round mouth the border is
-    upright, and no column shows how far away it is.
+    """(H, C): how far within the lips' border each px lies, negative outside.
 
-    xy: (N, 2) of the points of the lips.
+    That is the distance to the nearest straight part of the border; the winding number tells the
+    side. Beside a round mouth the border is upright, and no column shows how far away it is.
+
+    xy: (N, 2), the points of the lips.
     """
     nearest = np.full((len(rows), len(columns)), 1e9, np.float32)
     winding = np.zeros(nearest.shape, np.int32)
@@ -124,14 +125,16 @@ def _border(xy: np.ndarray, columns: np.ndarray, rows: np.ndarray) -> np.ndarray
 def _contours(
     y: np.ndarray, rows: np.ndarray, border: np.ndarray, width: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """How far within the lips each px lies; how far within the opening; how far within all that
-    may be painted, since contours may be off; and `opening`.
+    """How far each px lies within the lips; within the opening; within the area that may be
+    painted, which is larger than the lips since contours may be wrong; and `opening`.
 
-    y: (2, 2, C), of upper and lower lip, of border and opening.  border: of `_border`.
+    `opening` is the rim before it is scaled: 1 at an open mouth, -1 where shut lips meet, 0 at the
+    outer border.
+    y: (2, 2, C), of upper and lower lip, of border and opening.  border: the result of `_border`.
     width: of the mouth.
     """
     (top, upper), (bottom, lower) = y
-    # across a contour, not down its column: where it is steep that would make it a stair
+    # at right angles to a contour, not down its column: otherwise a steep contour would be a stair
     slope = slopes_along(y[:, 1], 1)
     at_upper, at_lower = 1 / np.sqrt(1 + slope * slope)
     width = max(width, 1.0)
@@ -148,7 +151,7 @@ def _contours(
 
 
 def _more(xyz: np.ndarray, y: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Log-odds (H, C) that are added where the net is known to be off.
+    """Log-odds (H, C) that are added where the net is known to be wrong.
 
     The corners of an open mouth get more, and the lower lip of a shut one less: for the constants
     see kernels/surface.py. y: as for `_contours`.
@@ -176,10 +179,10 @@ def _normals(curves: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarr
     bends = cv2.blur(bends.reshape(10, -1), (7, 1)).reshape(2, 5, 1, -1)
     first, last = y[:, 0, None], y[:, 3, None]
     across = np.clip((rows - first) / _at_least_half(last - first), 0, 1)
-    # by parts of a px, or the line would be a stair whose steps jump as the mouth moves
+    # in parts of a px: otherwise the line would be a stair whose steps jump as the mouth moves
     upper = np.clip((0.5 * (y[0, 3] + y[1, 3]) - rows) * (1 / COARSE) + 0.5, 0, 1)
     gx, gy = np.where(upper > 0.5, *_slopes(across, bends).swapaxes(0, 1))
-    # where the lips meet the slope would jump, and be seen as steps
+    # blurred: otherwise the slope would jump where the lips meet, which would be seen as steps
     gx, gy = (cv2.GaussianBlur(slope, (0, 0), SEAM_SIGMA_PX) for slope in (gx, gy))
     length = np.sqrt(1 + gx * gx + gy * gy)
     apart = np.abs(0.5 * (y[0, 3] + y[1, 3]) - rows)
@@ -194,7 +197,7 @@ def _at_least_half(length: np.ndarray) -> np.ndarray:
 
 
 def _slopes(across: np.ndarray, bends: np.ndarray) -> np.ndarray:
-    """(2, 2, rows, columns): dz/dx and dz/dy of both lips, from those between the rings and
+    """(2, 2, rows, columns): dz/dx and dz/dy of both lips, from the slopes between the rings and
     along them."""
     first, middle, last = BETWEEN
     outer, inner = bends[:, 1] - bends[:, 0], bends[:, 2] - bends[:, 1]

@@ -21,7 +21,10 @@ LitSurface = tuple[Surface, np.ndarray, float]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenFace:
-    """One face of a frame, and what kernels/surface.cl made of its lips and lids; None: nothing."""
+    """One face of a frame, and the surfaces that kernels/surface.cl made of its lips and lids.
+
+    surfaces: None where neither lips nor lids are seen.
+    """
 
     frame: Frame
     coding: Coding
@@ -31,10 +34,10 @@ class SeenFace:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reader:
-    """What reads the regions that are read for some looks only.
+    """What a region needs that is read only for some looks.
 
-    device: of the calling thread.
-    kept: what regions remember of a track: by its number and their own name.
+    device: the device of the calling thread.
+    kept: what a region remembers of a track, by the track's number and the region's name.
     """
 
     device: Device
@@ -60,7 +63,7 @@ class Region(Protocol):
 
 
 class ReadRegion(Region, Protocol):
-    """A region that is read in every frame, since its light is followed over time."""
+    """A region that is read in every frame, so that its light can be followed over time."""
 
     def places(self, face: Face) -> list[GridPlace | None]:
         """Where the grids of its surfaces lie on the frame; None for a surface that is not seen."""

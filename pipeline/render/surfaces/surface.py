@@ -14,9 +14,9 @@ from makeup_video.pipeline.render.grid import Grid, PointXY
 class Charts:
     """The densities of coats, drawn once for a look.
 
-    on_sides: on the chart of each side (h, w, coats) float32, 0..1; None where no coat lies, but
-    not on all.
-    unfolded: of the first side, what was made of its chart for lids that unfold, see unfolded.py.
+    on_sides: a chart (h, w, coats) float32, 0..1, for each side; None where no coat lies, but not
+    for all sides.
+    unfolded: charts made of the first side's for lids that unfold, by step, see unfolded.py.
     """
 
     on_sides: tuple[np.ndarray | None, ...]
@@ -28,8 +28,8 @@ class Laid(NamedTuple):
 
     shares: (coats, N, H, W) float32, how much of each shows; None for a single coat.
     seen: by surface and coat, the sums of the shares.
-    density: (N, H, W) float32, or N arrays: of one coat its own, of several 1 where there is any of
-    them.
+    density: (N, H, W) float32, or N arrays: the density of a single coat; of several coats 1 where
+    any of them lies.
     """
 
     shares: np.ndarray | None
@@ -41,8 +41,8 @@ class Edge(NamedTuple):
     """How a product ends at the border of a surface.
 
     softness: 0..1, `edge_softness` of the product.
-    wider: 0..1, how far it goes beyond the border; 1 as far as a pale one may.
-    sigma_px: of the blur that the picture has, px of the picture that is painted, see softness.py.
+    wider: 0..1, how far the product goes beyond the border; 1 is as far as the palest may.
+    sigma_px: the blur of the picture that is painted, in its px, see softness.py.
     """
 
     softness: float
@@ -53,8 +53,8 @@ class Edge(NamedTuple):
 class Surface(Protocol):
     """One surface of one face. A region of a face may have several of the same sort: two eyes.
 
-    grid: where it lies on the frame.  normals: (2 or 3, H, W) float32 on the grid, x and y, and
-    how exposed they are, see MadeRegion.
+    grid: where the surface lies on the frame.
+    normals: (2 or 3, H, W) float32 on the grid, x and y, and how exposed they are, see MadeRegion.
     number: which of its region's surfaces it is.
     is_broad: True where makeup is a soft veil, with no border that must be sharp.
     """
@@ -81,18 +81,21 @@ class Surface(Protocol):
         ...
 
     def join(self, on_sides: Sequence[np.ndarray]) -> np.ndarray:
-        """Densities on the sides, in their order, (coats, N, H, W) each at the places of all
-        surfaces of the region -> on the joined surface."""
+        """Join densities on the sides, in their order, to those on the joined surface.
+
+        on_sides: (coats, N, H, W) each, at the places of all surfaces of the region.
+        """
         ...
 
     def fields(self) -> Any:
-        """What kinds of makeup know of the grid's places: an object of look/kinds/fields.py with
-        arrays of all surfaces of the region, so that (N, H, W) is made at once."""
+        """Where the grid's places lie on the face, for kinds of makeup: an object of
+        look/kinds/fields.py. Its arrays hold all N surfaces of the region, so that densities
+        (N, H, W) are made at once."""
         ...
 
     @property
     def chart(self) -> Any:
-        """The same for places on a chart of this side, (1, h, w), where densities are drawn once
+        """The fields of the places on this side's chart, (1, h, w), where densities are drawn once
         for a look. It is the same object for all faces."""
         ...
 
@@ -106,7 +109,7 @@ class Surface(Protocol):
         ...
 
     def reach(self, edge: Edge, density: np.ndarray | None) -> tuple[PointXY, PointXY]:
-        """Lowest and highest px of the frame with weight, and some more."""
+        """Lowest and highest px of the frame with weight, with a margin."""
         ...
 
     def weigh(
@@ -121,5 +124,5 @@ class Surface(Protocol):
         ...
 
     def scaled(self, to_new: AffineArray) -> Self:
-        """The same on a picture of another size; to_new: px of the frame -> px of that picture."""
+        """The surface on a picture of another size.  to_new: px of the frame -> px of it."""
         ...

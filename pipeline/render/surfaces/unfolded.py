@@ -1,9 +1,9 @@
-"""How eyeshadow lies on a lid that unfolds: charts of an open eye -> those of a shut one.
+"""How eyeshadow lies on a lid that unfolds: charts of an open eye -> charts of a shut eye.
 
-On an open eye the crease hides much of the lid, so a chart knows only what lies beside it. Were it
-stretched with the lid, the dark band of a smoky eye would become a bar with upright ends. On a
-shut lid, as on a ball, colours lie dense along the lashes, and become fainter and narrower
-towards the crease.
+On an open eye the crease hides much of the lid, so a chart has only the colours beside the crease.
+If the chart were stretched with the lid, the dark band of a smoky eye would become a bar with
+upright ends. On a shut lid, as on a ball, colours lie dense along the lashes, and become fainter
+and narrower towards the crease.
 """
 
 from functools import cache
@@ -14,21 +14,21 @@ from makeup_video.kernels.shares import CHART_HEIGHT, CHART_ROWS, KEPT
 from makeup_video.kernels.surface import LID_HW, LID_LEFT, LID_STEP
 from makeup_video.pipeline.render.surfaces.surface import Charts
 
-# From a shut eye, which shows all of its lid, to this opening, by the width of the eye.
+# A lid unfolds from this opening, in widths of the eye, to a shut eye, which shows all of its lid.
 _OPENED = 0.25
-# A chart for each of so many steps, made when the first eye needs it. Points of a still face move
-# the opening by less than half a step.
+# Steps of unfolding. The chart of a step is made when the first eye needs it. On a resting face the
+# points move the opening by less than half a step.
 STEPS = 32
-# Of a shut lid: how far the skin above the crease has come down, in heights, and how much narrower
-# a colour is there than at the lashes; both are greatest in the crease, and 0 from the brow on.
+# On a shut lid: how far the skin above the crease has come down, in heights, and how much narrower
+# a colour is than at the lashes. Both are greatest in the crease, and 0 from the brow on.
 _DOWN, _NARROWER = 0.225, 0.2
 _MIDDLE = (0.05 - LID_LEFT) / LID_STEP  # the column towards which colours are narrower
-# What a chart knows of skin that was folded is soft: columns and rows of the chart.
+# A chart knows little of skin that was folded, so it is blurred: sigma in columns and rows.
 _SOFT_XY = 2.0, 0.22 * CHART_ROWS
 
 
 def step_of(opening: float) -> int:
-    """The step of unfolding of an eye: 0 for an open one, STEPS for a shut one.
+    """How far an eye's lid is unfolded: 0 for an open eye, STEPS for a shut one.
 
     opening: in widths of the eye.
     """
@@ -37,7 +37,7 @@ def step_of(opening: float) -> int:
 
 
 def unfolded(chart: np.ndarray, step: int) -> np.ndarray:
-    """The chart (193, 48, coats) of the skin above an eye at a step."""
+    """The chart (193, 48, coats) of the skin above an eye at a step of unfolding."""
     if step == 0:
         return chart
     share = np.float32(step / STEPS)
@@ -51,7 +51,7 @@ def unfolded(chart: np.ndarray, step: int) -> np.ndarray:
 
 
 def upper_charts(charts: Charts, steps: list[int]) -> list[np.ndarray]:
-    """The charts of the skin above eyes at these steps; the last ones that were made are kept."""
+    """The charts of the skin above eyes at these steps; the charts made last are kept."""
     upper, made = charts.on_sides[0], charts.unfolded
     assert upper is not None
     found = []
