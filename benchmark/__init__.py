@@ -1,1 +1,1 @@
-"""What the product costs, measured beside the bare codec."""
+"""Measures what the product costs, compared with the bare codec."""

@@ -1,7 +1,7 @@
 """`makeup-video bench --against PYTHON`: two versions of the product in turn on the same video.
 
-The other version may be older, so only the command line is shared: each version runs in a process
-of its own, by its own interpreter.
+The other version may be older, so the two share only the command line: each version runs in a
+process of its own with its own interpreter.
 """
 
 import os
@@ -23,9 +23,9 @@ from makeup_video.pipeline.errors import UsageError, option
 _NAME = "makeup-video"
 # Nothing of this process may lead the other interpreter to this version.
 _ENVIRONMENT = {"PYTHONPATH": "", "PYTHONHOME": "", "PYTHONSAFEPATH": "1"}
-_ASKING_SECONDS = 60  # a first start compiles the modules
+_ASKING_SECONDS = 60  # for `--version`: the first start compiles the modules
 _WARM_WORDS = ("--end", "1")
-_WARM_RUNS = 2  # the first compiles the kernels, the second keeps them as binaries
+_WARM_RUNS = 2  # the first run compiles the kernels, the second keeps them as binaries
 _CODEC = ("decode", "encode")
 _MEASURES: dict[str, Callable[["Ran"], float | None]] = {
     "cpu": lambda ran: ran.run.cpu_seconds,
@@ -58,8 +58,8 @@ class Ran:
 
     run: frames, wall and CPU seconds of the whole process, start-up included.
     start_seconds: until the first packet was written.  peak_memory_mb: of the process.
-    Both are None of a version whose report lacks them.
-    stage_ms: CPU ms a frame of the own thread of each stage, the codec's two included.
+    Both are None for a version whose report lacks them.
+    stage_ms: CPU ms a frame of each stage's own thread, including the two stages of the codec.
     """
 
     run: Run
@@ -69,7 +69,7 @@ class Ran:
 
     @property
     def stages_ms(self) -> float | None:
-        """CPU ms a frame of all stages but the codec's; None where the report lacks them."""
+        """CPU ms a frame of all stages except the codec's; None if the report lacks them."""
         own = [ms for name, ms in self.stage_ms.items() if name not in _CODEC]
         return sum(own) or None
 
@@ -80,7 +80,7 @@ def this_version() -> Version:
 
 
 def other_version(python: str) -> Version:
-    """The version that an interpreter has. Raises UsageError where there is none."""
+    """The version that another interpreter has installed. Raises UsageError if it has none."""
     command = [python, "-m", "makeup_video", "--version"]
     try:
         done = subprocess.run(
@@ -105,12 +105,12 @@ def other_version(python: str) -> Version:
 
 
 def compare_versions(bench: Bench, heights: list[int], other: Version) -> dict[str, Any]:
-    """This version and another in turn (A B, B A, ...), by size.
+    """Run this version and another in turn (A B, B A, ...), at each size.
 
-    cpu, stages, wall, start, memory of each size: this version's by the other's, as {"ratio": the
-    median of the rounds, "spread": [least, most]}; None where a version does not report it.
-    by_stage of each size: the same of every stage that both have, with the median CPU ms a frame of
-    either version as "this" and "other".
+    cpu, stages, wall, start, memory of each size: this version's value divided by the other's, as
+    {"ratio": the median of the rounds, "spread": [least, most]}; None if a version does not report
+    the value.  by_stage of each size: the same for every stage that both versions have, with the
+    median CPU ms a frame of each version as "this" and "other".
     """
     ours = this_version()
     sizes = {}
@@ -161,8 +161,8 @@ def _one_size(
 
 
 def _run(bench: Bench, video: Video, which: Version, words: tuple[str, ...] = ()) -> Ran:
-    """Run the command of a version. Raises UsageError when it refuses the video or the look, and
-    InputError when it paints too few frames."""
+    """Run the command of a version. Raises UsageError when the version refuses the video or the
+    look, and InputError when it paints too few frames."""
     with TemporaryFile("w+", encoding="utf-8", errors="replace") as stderr:
         try:
             values = run_command(
@@ -181,7 +181,7 @@ def _run(bench: Bench, video: Video, which: Version, words: tuple[str, ...] = ()
                 f"{_NAME} {which.name} ({which.python}) cannot run what is compared: {reason}"
             ) from error
     if not words:
-        # of the video: a version that loses frames is quick, too
+        # of the video's frames, not of those written: a version that loses frames is quick, too
         check_painted(values.get("painted_frames"), video.frames)
     run = Run(values["frames_out"], values["wall_seconds"], values["all_cpu_seconds"])
     peak = values.get("peak_memory_bytes")
@@ -203,12 +203,12 @@ def _middle_of(values: list[float | None]) -> float | None:
 
 
 def compare_runs(ours: list[Ran], others: list[Ran]) -> dict[str, dict[str, Any] | None]:
-    """What `compare_versions` says of each measure, from the runs of each round."""
+    """The ratio of each measure, as `compare_versions` returns it, from the runs of all rounds."""
     return {key: _ratio(ours, others, read) for key, read in _MEASURES.items()}
 
 
 def compare_stages(ours: list[Ran], others: list[Ran]) -> dict[str, dict[str, Any]]:
-    """What `compare_versions` says of each stage that all runs have, in the order of the video."""
+    """The entry `by_stage` of `compare_versions`: the stages that all runs have, in order."""
     found = {}
     for name in ours[0].stage_ms:
         sides = [[_ms_of(name, one) for one in runs] for runs in (ours, others)]
@@ -225,7 +225,7 @@ def _ms_of(stage: str, ran: Ran) -> float | None:
 def _ratio(
     ours: list[Ran], others: list[Ran], read: Callable[[Ran], float | None]
 ) -> dict[str, Any] | None:
-    """The median and the spread of the ratios of the rounds."""
+    """The median and the spread of the rounds' ratios; None if a run lacks the value."""
     ratios = []
     for pair in zip(ours, others, strict=True):
         mine, theirs = map(read, pair)

@@ -1,4 +1,4 @@
-"""A bare loop that encodes a video once or several times at once, and prints its peak memory.
+"""A bare loop that encodes COUNT copies of a video at once, and prints its peak memory in bytes.
 
 python -m makeup_video.benchmark.encoder_alone VIDEO FOLDER COUNT
 """

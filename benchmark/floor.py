@@ -1,8 +1,8 @@
-"""The floor: the time that no program could save, whatever it is written in.
+"""The floor: the time that no program could save, whatever language it is written in.
 
-It consists of decoding and encoding; moving the painted pixels through memory once; the arithmetic
-of their paint; and the multiplications of the face nets, at the rates that one core of this machine
-reaches.
+The floor consists of decoding and encoding, of moving the painted pixels through memory once, of
+the arithmetic that paints them, and of the multiplications of the face nets. The rates are those
+that one core of this machine reaches.
 """
 
 import gc
@@ -21,23 +21,23 @@ from makeup_video.pipeline.faces.net import Net
 from makeup_video.pipeline.faces.nets import FaceNets
 from makeup_video.pipeline.faces.tracker import FindFaces
 
-# Counted by hand in kernels/paint.cl and its headers, for SDR: 160 between codes and light, 90 for
-# the surface and what it mirrors, 70 for shimmer, 170 for the product. Roots and divisions count as
-# one.
+# Counted by hand in kernels/paint.cl and its headers, for SDR: 160 to convert code values to light
+# and back, 90 for the surface and its reflections, 70 for shimmer, 170 for the product. A root or a
+# division counts as one operation.
 OPERATIONS_PER_PX = 490
 BYTES_PER_PX = 3  # 4:2:0 in 8 bits, 1.5 read and 1.5 written
 _NETS = ("detector", "mesh", "lips", "eye")
 _REPEATS = 200
 _CODEC_PASSES = 2
 _NETS_FRAMES = 120  # 4 s: the detector runs every quarter of a second
-_MATRIX = 384  # rows and columns: three of them fit into the nearer caches
-_COPY_BYTES = 64 * 1024  # of the copy that the speed of memory is measured with
+_MATRIX = 384  # rows and columns: three such matrices fit into the nearer caches
+_COPY_BYTES = 64 * 1024  # size of the copy that measures the speed of memory
 
 
 def floor_of(clip: Path, folder: Path, painted_px: int) -> dict[str, float]:
-    """CPU ms a frame of all that must be done, and the counts behind it.
+    """CPU ms a frame of all the work that must be done, and the counts behind these times.
 
-    decode_ms, encode_ms: the codec, each with one thread.  least_ms: the least time for the rest.
+    decode_ms, encode_ms: the codec with a thread for each.  least_ms: the least time for the rest.
     """
     decode_ms = min(_decode_ms(clip) for _ in range(_CODEC_PASSES))
     both_ms = min(
@@ -87,13 +87,13 @@ def net_operations(clip: Path) -> float:
 
 
 def _profiling_options(prefix: str) -> Any:
-    """ONNX Runtime's options for a profile of all nodes of the graph as exported, with shapes."""
-    import onnxruntime  # after the pipeline, which switches its telemetry off
+    """ONNX Runtime's options to profile every node of the graph as it was exported, with shapes."""
+    import onnxruntime  # after the pipeline, which switches the telemetry of ONNX Runtime off
 
     options = onnxruntime.SessionOptions()
     options.enable_profiling, options.profile_file_prefix = True, prefix
     options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_DISABLE_ALL
-    # weights that were packed for a processor have no shape any more
+    # in the profile, weights that were packed for a processor have no shape
     options.add_session_config_entry("session.disable_prepacking", "1")
     return options
 
@@ -111,25 +111,25 @@ def operations_of(node: dict[str, Any]) -> int:
 
 
 def _shapes(tensors: list[dict[str, list[int]]]) -> list[list[int]]:
-    """The shapes of tensors, each noted under its type: {"float": [1, 3, 80, 112]}."""
+    """The shapes of tensors, each of which is noted under its type: {"float": [1, 3, 80, 112]}."""
     return [shape for tensor in tensors for shape in tensor.values()]
 
 
 def operations_per_ms() -> float:
-    """Multiplications and additions of one core in a ms, measured on a product of matrices."""
+    """Multiplications and additions that one core does in a ms, measured on a matrix product."""
     left, right = np.ones((2, _MATRIX, _MATRIX), np.float32)
     out = np.empty_like(left)
     return float(2 * _MATRIX**3 / least_ms(lambda: np.matmul(left, right, out=out)))
 
 
 def copy_ms(count: int) -> float:
-    """CPU ms to read and write so many bytes once, in the nearer caches, as in a run."""
+    """CPU ms to read and write `count` bytes once, in the nearer caches, as in a run."""
     source, target = np.ones(_COPY_BYTES, np.uint8), np.empty(_COPY_BYTES, np.uint8)
     return count / _COPY_BYTES * least_ms(lambda: np.copyto(target, source))
 
 
 def least_ms(work: Callable[[], object]) -> float:
-    """CPU ms of the quickest of many repeats."""
+    """CPU ms of the quickest of _REPEATS repeats."""
     times = []
     for _ in range(_REPEATS):
         began = time.process_time()

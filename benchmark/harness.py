@@ -1,4 +1,4 @@
-"""What every comparison of `makeup-video bench` shares: its input, its rounds, its medians."""
+"""What all comparisons of `makeup-video bench` share: the input, the rounds, the medians."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass, field
@@ -13,20 +13,20 @@ from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.media.codecs import PLAYS_EVERYWHERE
 from makeup_video.pipeline.offline.encoding import decoder_threads, encoder_threads
 
-# (decoder threads, encoder threads), 0 = FFmpeg's own choice. The bare loop may use the best pair.
+# (decoder threads, encoder threads); 0: FFmpeg's own choice. The bare loop uses the best pair.
 BARE_THREADS = ((0, 0), (1, 2), (2, 3), (2, 4))
 
 
 @dataclass(slots=True)
 class Bench:
-    """What to measure with. Raises UsageError for a look that paints nothing.
+    """The input and the settings of all measurements. Raises UsageError for a bare look.
 
     source: the clip that the videos are made from.  folder: for videos and outputs.
-    look: what is painted.  photo: what the look was read from, None for a look file; the command
-    that is measured in its own process reads it, too.  seconds: length of a video.  log: gets a
-    line for each step.  child_stderr: a file descriptor for errors of child processes, None for
-    ours.  look_file: the file that the look was read from, if any: an older version may not read a
-    file that this version writes.
+    look: what is painted.  photo: the photo that the look was read from, None for a look file; the
+    command that is measured in its own process reads the photo, too.  seconds: length of a video.
+    log: gets a line for each step.  child_stderr: a file descriptor for errors of child processes,
+    None for ours.  look_file: the file that the look was read from, if any. The commands read this
+    file, since an older version may not be able to read a file that this version writes.
     look_words: the options that give the command this look.
     """
 
@@ -56,7 +56,7 @@ class Bench:
         self.look_words = "--look", str(self.look_file)
 
     def video(self, height_px: int, seconds: float | None = None, **options: Any) -> Video:
-        """The video to measure with, at a height; options: those of make_video."""
+        """Make the video to measure with, at a height; options: as for make_video."""
         self.log(f"{height_px}p: making the video")
         frames = round((seconds or self.seconds) * RATE)
         target = self.folder / f"video{height_px}.mp4"
@@ -66,7 +66,7 @@ class Bench:
 def in_turn(
     bench: Bench, title: str, work: Mapping[str, Callable[[], Run]], rounds: int
 ) -> dict[str, list[Run]]:
-    """Run each piece of work once a round; every round begins with another one."""
+    """Run each piece of work once a round; every round begins with another piece."""
     runs: dict[str, list[Run]] = {name: [] for name in work}
     order = list(work)
     for number in range(rounds):
@@ -78,7 +78,7 @@ def in_turn(
 
 
 def middle(runs: list[Run]) -> dict[str, Any]:
-    """Medians of the runs, and the slowest and quickest of them."""
+    """The medians of the runs, and the frames/s of the slowest and the quickest run."""
     fps = [run.fps for run in runs]
     return {
         "fps": median(fps),
@@ -88,10 +88,11 @@ def middle(runs: list[Run]) -> dict[str, Any]:
 
 
 def beside(runs: list[Run], bare: list[Run], codec: list[Run] | None = None) -> dict[str, Any]:
-    """The runs compared with the bare loop of the same rounds.
+    """Compare runs with the runs of the bare loop in the same rounds.
 
-    ratio: frames/s by those of the bare loop.  not_codec_cpu_ms: CPU time per frame beyond that of
-    the codec alone (None: of the bare loop).
+    codec: runs of the codec alone; None: the bare loop stands for them, too.
+    ratio: frames/s divided by the frames/s of the bare loop.  not_codec_cpu_ms: CPU time per frame
+    beyond the codec's.
     """
     ratios = [ours.fps / limit.fps for ours, limit in zip(runs, bare, strict=True)]
     return {
@@ -107,7 +108,7 @@ def beside(runs: list[Run], bare: list[Run], codec: list[Run] | None = None) -> 
 def own_threads(video: Video | None = None) -> tuple[int, int]:
     """Threads of decoder and encoder as the product chooses them for a video; 0: FFmpeg chooses.
 
-    None: for one of at most 1440p.
+    video: None stands for any video of at most 1440p.
     """
     frame_px = video.size_wh[0] * video.size_wh[1] if video else 0
     return decoder_threads(), encoder_threads(PLAYS_EVERYWHERE, frame_px)

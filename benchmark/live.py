@@ -2,9 +2,9 @@
 
 A video plays in real time as the camera, in a process of its own with the page's server
 (live_process.py). A viewer in another process (live_viewer.py) takes every picture. The latency of
-a frame is the time from its arrival to its painted picture in the viewer's hands. Each size is
-played twice: the page of the same machine gets JPEG, that of another one H.264. On request the
-page itself is measured, too, in Chromium (live_browser.py).
+a frame is the time from its arrival until the viewer has its painted picture. Each size is played
+twice: once with JPEG, which a page on the same machine gets, and once with H.264, which a page on
+another machine gets. On request the page itself is measured in Chromium, too (live_browser.py).
 """
 
 import json
@@ -23,20 +23,20 @@ from makeup_video.pipeline.errors import OutputError, option
 if TYPE_CHECKING:
     from makeup_video.benchmark.harness import Bench
 
-WARM_SECONDS = 1.0  # not counted, from the first frame on: caches are cold, threads start
-ENDS_SECONDS = 10.0  # reported separately, at the beginning and at the end of the run
+WARM_SECONDS = 1.0  # from the first frame on, not counted: caches are cold, threads start
+ENDS_SECONDS = 10.0  # the beginning and the end of the run that are reported separately
 _STAGES = ("work", "faces", "smooth", "scene", "composite", "preview")
-# of the table of frames: microseconds for pts, monotonic seconds for all the rest
+# Columns of the table of frames: pts in microseconds, all others in monotonic seconds.
 COLUMNS = ("pts", "came", *(f"{name} {what}" for name in _STAGES for what in ("begins", "ends")))
-KINDS = {"jpeg": "", "h264": ", H.264"}  # of pictures, and what the tables add to the size
-VIEWERS = {"live_viewer": "", "live_browser": ", Chromium"}  # modules, and what the tables add
+KINDS = {"jpeg": "", "h264": ", H.264"}  # kinds of pictures, and what tables add to the size
+VIEWERS = {"live_viewer": "", "live_browser": ", Chromium"}  # modules, and what tables add
 FRAMES, SAMPLES, VIEWED = "frames.npy", "samples.npy", "viewed.npy"
 
 
 def measure_live(
     bench: "Bench", heights: list[int], minutes: float, chromium: bool = False
 ) -> dict[str, Any]:
-    """Under "sizes", the figures of every size and kind of picture.
+    """Measure live runs; the result has the figures of every size and kind of picture in "sizes".
 
     chromium: measure the page in Chromium, too.
     """
@@ -79,9 +79,9 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
     frames: (N, len(COLUMNS)) float64, NaN: never.  samples: (M, 3) float64: monotonic seconds, MB
     in memory (NaN: unknown), CPU seconds.  viewed: as live_viewer.watch writes it.
 
-    dropped: frames that were due and never reached the viewer. The file as camera drops them when
-    it is late; the run drops them before painting when a newer one arrives; the preview drops the
-    rest.  Raises OutputError when the viewer had none of the counted frames.
+    dropped: frames that were due but never reached the viewer. The file that acts as the camera
+    drops frames when it is late; the run drops a frame before painting when a newer frame arrives;
+    the preview drops the rest.  Raises OutputError when the viewer had none of the counted frames.
     """
     began = frames[0, 1] + WARM_SECONDS
     counted = frames[frames[:, 1] >= began]
@@ -123,7 +123,7 @@ def figures(frames: np.ndarray, samples: np.ndarray, viewed: np.ndarray) -> dict
 
 
 def _seen(frames: np.ndarray, viewed_at: dict[float, float]) -> np.ndarray:
-    """(N,) monotonic seconds at which the viewer had each frame, NaN: never."""
+    """(N,) monotonic seconds at which the viewer had each frame; NaN: never."""
     return np.array([viewed_at.get(pts, math.nan) for pts in frames[:, 0]])
 
 
@@ -132,7 +132,7 @@ def _latency_ms(frames: np.ndarray, viewed_at: dict[float, float]) -> np.ndarray
 
 
 def _ways(counted: np.ndarray, due: np.ndarray, seen: np.ndarray) -> dict[str, dict[str, float]]:
-    """Where the time goes, from arrival to viewer: stages, and the ways between them, in ms."""
+    """Where the time goes from arrival to viewer, in ms: each stage, and the ways in between."""
 
     def column(name: str) -> np.ndarray:
         return _column(counted, name)
@@ -162,7 +162,7 @@ def _spread(ms: np.ndarray) -> dict[str, float]:
 
 
 def _process(samples: np.ndarray, began: float, last: float, frames: int) -> dict[str, Any]:
-    """CPU time and memory of the process: all but the viewer and the making of the video."""
+    """CPU time and memory of the live process. The viewer and making the video do not count."""
     seconds, memory_mb, cpu = samples.T
     first, end = np.interp((began, last), seconds, cpu)
     early, late = np.interp((min(began + ENDS_SECONDS, last), last), seconds, memory_mb)

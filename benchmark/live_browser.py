@@ -2,8 +2,8 @@
 
     python -m makeup_video.benchmark.live_browser URL OUT.npy jpeg|h264
 
-Prints "ready" once the page watches; ends when the server says goodbye. The page is ours as it is:
-it acknowledges each picture in the refresh that draws it, and that moment is noted.
+Prints "ready" once the page watches; ends when the server says goodbye. The page is unchanged: it
+acknowledges each picture in the screen refresh that draws the picture, and that moment is noted.
 """
 
 import shutil
@@ -16,9 +16,9 @@ import numpy as np
 from makeup_video.pipeline.errors import InstallError
 
 _NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
-_CLOCKS = 50  # comparisons of both clocks: the quickest counts
-# Notes (pts in us, arrival and drawing in ms of performance.now(), bytes, 1 for H.264). Pictures
-# that the page leaves out are acknowledged, too, but are not on the canvas.
+_CLOCKS = 50  # comparisons of the two clocks, of which the quickest counts
+# Notes (pts in us, arrival and drawing in ms of performance.now(), bytes, 1 for H.264). The page
+# also acknowledges pictures that it leaves out; those are not on the canvas and are not noted.
 _OBSERVER = """(() => {
     const seen = (window.seen = { rows: [] });
     seen.isVideo = new Promise((resolve) => (seen.choose = resolve));
@@ -57,9 +57,9 @@ _WAIT_FOR_VIDEO = """Promise.race([
 
 
 def find_browser() -> str | None:
-    """Path of the system's Chromium; None: playwright's own.
+    """Path of the system's Chromium; None: playwright's own Chromium.
 
-    Raises InstallError where playwright or every Chromium is missing.
+    Raises InstallError when playwright is missing or no Chromium is found.
     """
     try:
         from playwright.sync_api import sync_playwright
@@ -80,7 +80,7 @@ def find_browser() -> str | None:
 
 
 def watch(url: str, target: Path, kind: str) -> None:
-    """Write what live_viewer.watch writes; the third column is the moment of drawing.
+    """Write the same table as live_viewer.watch, with the moment of drawing in the third column.
 
     The last row has the CPU seconds of all processes of the browser.
     """
@@ -90,7 +90,7 @@ def watch(url: str, target: Path, kind: str) -> None:
         browser = playwright.chromium.launch(executable_path=find_browser())
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.add_init_script(_OBSERVER)
-        page.goto(f"{url}/?video={kind}", wait_until="networkidle")  # thumbnails are painted
+        page.goto(f"{url}/?video={kind}", wait_until="networkidle")  # thumbnails are there then
         if kind == "h264":
             page.evaluate(_WAIT_FOR_VIDEO)
         zero, began = _clock_zero(page), _cpu_seconds(browser)
@@ -99,7 +99,7 @@ def watch(url: str, target: Path, kind: str) -> None:
         cpu = _cpu_seconds(browser) - began
         rows = np.array(page.evaluate("window.seen.rows"), np.float64).reshape(-1, 5)
         browser.close()
-    rows = rows[rows[:, 4] == (kind == "h264")]  # the first one may be a JPEG
+    rows = rows[rows[:, 4] == (kind == "h264")]  # the first picture may be a JPEG
     rows[:, 1:3] = zero + rows[:, 1:3] / 1000
     np.save(target, np.vstack([rows[:, :4], (0.0, cpu, 0.0, 0.0)]))
 

@@ -2,8 +2,8 @@
 
     python -m makeup_video.benchmark.live_process VIDEO LOOK.json FOLDER jpeg|h264 live_viewer
 
-The last argument may be live_browser, the page in Chromium. Writes frames.npy, samples.npy and
-viewed.npy into the folder, and prints the other figures as JSON.
+The last argument may be live_browser instead, for the page in Chromium. Writes frames.npy,
+samples.npy and viewed.npy into the folder, and prints the other figures as JSON.
 """
 
 import json
@@ -34,13 +34,14 @@ from makeup_video.web.slow_jobs import SlowJobs
 
 _STAGES = ("faces", "smooth", "scene", "composite")
 _MOST_FRAMES = 60 * 60 * 60  # an hour at 60 frames/s
-_MOST_UNDER_WAY = 100  # frames whose rows are remembered; far fewer are under way
+_MOST_UNDER_WAY = 100  # frames whose rows are remembered; far fewer are in work at once
 
 
 class FrameLog:
-    """When each frame came and went, as a table that is allocated at the start.
+    """A table of the times at which each frame arrived and passed the stages.
 
-    A table that grew would show as memory that grows. Every column is written by one thread.
+    The table is allocated at the start: a table that grew would show as growing memory. Each column
+    is written by only one thread.
     """
 
     def __init__(self, frames: int) -> None:
@@ -49,7 +50,7 @@ class FrameLog:
         self._row_of: dict[int, int] = {}
 
     def arrive(self, frame: Frame) -> None:
-        """A frame leaves the camera."""
+        """Note that a frame leaves the camera."""
         row = min(self._count, len(self._table) - 1)
         if len(self._row_of) >= _MOST_UNDER_WAY:
             del self._row_of[next(iter(self._row_of))]
@@ -58,13 +59,13 @@ class FrameLog:
         self._count = row + 1
 
     def observe(self, frame: Frame, marks: tuple[float, ...]) -> None:
-        """The observer of LiveRun."""
+        """Note the times of a frame's stages. This is the observer of LiveRun."""
         self.note(frame, "work", marks[0], marks[-1])
         for name, (began, ended) in zip(_STAGES, pairwise(marks), strict=True):
             self.note(frame, name, began, ended)
 
     def note(self, frame: Frame, name: str, began: float, ended: float) -> None:
-        """Monotonic seconds at which something began and ended for a frame."""
+        """Note the monotonic seconds at which the step `name` began and ended for a frame."""
         column = COLUMNS.index(f"{name} begins")
         self._table[self._row_of[frame.pts], column : column + 2] = began, ended
 
@@ -98,7 +99,7 @@ class LoggedCamera:
 
 
 class LoggedPreview(PreviewSink):
-    """The preview, whose time is logged for each picture."""
+    """The preview sink, which logs its time for each picture."""
 
     def __init__(self, frame_log: FrameLog) -> None:
         super().__init__(PreviewJpeg(), PreviewVideo, _log_line)
@@ -113,7 +114,7 @@ class LoggedPreview(PreviewSink):
 def run(video: Path, look: Look, folder: Path, kind: str, viewer: str) -> dict[str, Any]:
     """Play the video once, from beginning to end.
 
-    kind: of the pictures, "jpeg" or "h264".  viewer: the module that watches.
+    kind: the kind of pictures, "jpeg" or "h264".  viewer: the module that watches.
     """
     frame_log = FrameLog(_count_frames(video))
     camera = LoggedCamera(open_source(CameraSettings(name=str(video)), log=_log_line), frame_log)
@@ -126,7 +127,7 @@ def run(video: Path, look: Look, folder: Path, kind: str, viewer: str) -> dict[s
 
     with _watched(LiveShow(live, sink), folder, kind, viewer):
         on_tick()
-        with suppress(StoppedError):  # after Ctrl-C what was measured so far counts
+        with suppress(StoppedError):  # after Ctrl-C the measurements so far count
             live.run(on_tick)
         on_tick()
     frame_log.save(folder / FRAMES)
@@ -152,7 +153,7 @@ def _watched(show: LiveShow, folder: Path, kind: str, module: str) -> Generator[
         if not viewer.stdout.readline():
             raise OutputError(f"{address}/ shows no pictures to a viewer: try makeup-video live")
         yield
-        time.sleep(0.2)  # the last pictures are under way
+        time.sleep(0.2)  # the last pictures are still on their way to the viewer
     finally:
         server.stop()
         try:

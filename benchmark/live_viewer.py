@@ -2,8 +2,8 @@
 
     python -m makeup_video.benchmark.live_viewer URL OUT.npy jpeg|h264
 
-Prints "ready" once it watches. Acknowledges each picture as a browser does; ends when the server
-says goodbye.
+Prints "ready" once it watches, and acknowledges each picture as a browser does. Ends when the
+server says goodbye.
 """
 
 import asyncio
@@ -22,8 +22,8 @@ Decode = Callable[[bytes], object]
 
 
 def watch(url: str, target: Path, kind: str) -> None:
-    """Write (N, 4) float64: each picture's pts in microseconds, the monotonic seconds of its
-    arrival and of its decoded pixels, and its bytes.
+    """Write a table (N, 4) float64: each picture's pts in microseconds, the monotonic seconds at
+    which it arrived and at which it was decoded, and its size in bytes.
 
     The last row has the CPU seconds of this process in the second column.
     """
@@ -46,7 +46,7 @@ async def _watch(url: str, kind: str) -> list[tuple[float, float, float, float]]
             async for picture in _pictures(socket):
                 arrived = time.monotonic()
                 pts_us, _, flags, *_ = HEAD.unpack_from(picture)
-                if (flags & IS_VIDEO) == (kind == "h264"):  # the first one may be a JPEG
+                if (flags & IS_VIDEO) == (kind == "h264"):  # the first picture may be a JPEG
                     decode(picture[HEAD.size :])
                     rows.append((pts_us, arrived, time.monotonic(), len(picture)))
                 await socket.send(json.dumps({"type": "shown", "pts_us": pts_us}))
@@ -69,7 +69,7 @@ def _decode_jpeg(data: bytes) -> object:
 
 def _h264_decoder() -> Decode:
     context = av.CodecContext.create("h264", "r")
-    context.thread_count = 1  # more would hold back pictures
+    context.thread_count = 1  # more threads would hold back pictures
 
     def decode(data: bytes) -> object:
         return [frame.to_ndarray(format="rgb24") for frame in context.decode(av.Packet(data))]

@@ -1,4 +1,4 @@
-"""What a second and each further look of one video costs, beside runs of their own."""
+"""What each further look of one video costs, compared with a run of its own."""
 
 import subprocess
 import sys
@@ -26,16 +26,16 @@ from makeup_video.pipeline.media.input_file import open_video
 from makeup_video.pipeline.offline.stages import FaceRun
 from makeup_video.pipeline.render.build_scene import BuildScene
 
-_MOST_ROUNDS = 3  # enough for a row of a table
+_MOST_ROUNDS = 3  # enough for one row of a table
 
 
 def by_looks(bench: Bench, video: Video, count: int) -> dict[str, Any]:
     """The cost of `count` looks of one video: in one run, and in runs of their own.
 
-    shared: a run without painting and encoding. one: the whole product with one look.
-    own_cpu_ms: what painting and encoding one look take a frame: one run less what is shared.
-    further_cpu_ms: what each further look adds to a run.
-    further_by_own: their ratio.  many_by_separate: seconds of one run by those of separate runs.
+    runs: "shared" stops before painting and encoding, "one" is the whole product with one look.
+    own_cpu_ms: CPU ms a frame to paint and encode one look: "one" less "shared".
+    further_cpu_ms: what each further look adds to a run.  further_by_own: the ratio of these two.
+    many_by_separate: the seconds of one run with all looks, divided by those of separate runs.
     memory_mb: see _memory.
     """
     targets = [bench.folder / f"look{number}.mp4" for number in range(count)]
@@ -64,7 +64,7 @@ def by_looks(bench: Bench, video: Video, count: int) -> dict[str, Any]:
 
 
 class _Nothing:
-    """A sink that drops what it gets."""
+    """A sink that counts the items it gets and drops them."""
 
     def __init__(self) -> None:
         self.items = 0
@@ -77,7 +77,7 @@ class _Nothing:
 
 
 def _shared(video: Path) -> Run:
-    """Decoding, finding faces, smoothing and reading the scene, which all looks share."""
+    """Run what all looks share: decoding, finding faces, smoothing and building the scene."""
 
     def work() -> int:
         sink = _Nothing()
@@ -114,10 +114,10 @@ def _separate(bench: Bench, video: Path, targets: list[Path]) -> Run:
 
 
 def _memory(bench: Bench, video: Path, targets: list[Path]) -> dict[str, float]:
-    """Peak memory in processes of their own, MB.
+    """Peak memory in MB, each measured in a process of its own.
 
-    one, many: the command with one look and with all of them.  further: what each further look
-    adds.  encoder: what a second encoder adds to a bare loop.
+    one, many: the command with one look and with all looks.  further: what each further look adds.
+    encoder: what a second encoder adds to a bare loop.
     """
     bench.log(f"{len(targets)} looks: memory")
     one, many = (_command(bench, video, len(some)) for some in (targets[:1], targets))
@@ -127,7 +127,7 @@ def _memory(bench: Bench, video: Path, targets: list[Path]) -> dict[str, float]:
 
 
 def _command(bench: Bench, video: Path, count: int) -> float:
-    """The peak memory of the command with so many looks, in MB."""
+    """The peak memory of the command with `count` looks, in MB."""
     target = bench.folder / "of-{look}.mp4"
     values = run_command(video, target, bench.look_words * count, stderr=bench.child_stderr)
     first = values["outputs"][0] if count > 1 else values
@@ -135,7 +135,7 @@ def _command(bench: Bench, video: Path, count: int) -> float:
 
 
 def _alone(video: Path, folder: Path, encoders: int) -> float:
-    """The peak memory of a bare loop with so many encoders, in MB."""
+    """The peak memory of a bare loop with this number of encoders, in MB."""
     words = [sys.executable, "-m", "makeup_video.benchmark.encoder_alone"]
     words += [str(video), str(folder), str(encoders)]
     done = subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True)

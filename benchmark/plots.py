@@ -26,7 +26,7 @@ def check_plot_path(target: str) -> None:
 
 
 def new_figure(columns: int) -> tuple[Any, list[Any]]:
-    """A figure and its axes, side by side."""
+    """A figure and its `columns` axes, side by side."""
     figure = import_module("matplotlib.figure").Figure(
         figsize=(5 * columns, 3.6), dpi=_DPI, layout="constrained"
     )
@@ -61,7 +61,7 @@ def draw(results: Mapping[str, Any], target: Path) -> None:
 
 
 def _stack(axis: Any, stages: Mapping[str, Mapping[str, Mapping[str, float]]]) -> None:
-    """Stack the CPU time of the stages' own threads; the codec's threads are not in it."""
+    """Stack the CPU time of the stages' own threads, without the threads of the codec."""
     codec = {"decode", "encode"}
     names = [name for name in next(iter(stages.values())) if name not in codec]
     bottom = [0.0] * len(stages)
@@ -73,12 +73,15 @@ def _stack(axis: Any, stages: Mapping[str, Mapping[str, Mapping[str, float]]]) -
 
 
 def legend_below(axis: Any, by: float = 0.1) -> None:
-    """Put the legend below the axis, where it hides nothing; by: share of the axis' height."""
+    """Put the legend below the axis, where it hides nothing.  by: a share of the axis' height."""
     axis.legend(fontsize=8, frameon=False, ncols=4, loc="upper center", bbox_to_anchor=(0.5, -by))
 
 
 def save(figure: Any, target: Path) -> None:
-    """Write a PNG without time and version, the same for the same numbers. Raises OutputError."""
+    """Write a PNG without time or version, so that equal numbers give equal files.
+
+    Raises OutputError.
+    """
     try:
         figure.savefig(target, format="png", metadata={"Software": None})
     except OSError as error:

@@ -1,8 +1,8 @@
 """The cost of painting by itself, for `makeup-video bench`.
 
-One face fills half the height of the frame; every region is painted with everything that a look
-has. Faces are found beforehand, so that only the scene (surfaces and light) and the composite are
-timed.
+One face fills half the height of the frame, and lips and eyes are painted with every effect that a
+look can have. Faces are found beforehand, so that only the scene (surfaces and light) and the
+composite are timed.
 """
 
 import time
@@ -28,13 +28,13 @@ from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 
-WARM_FRAMES = 10  # not counted
+WARM_FRAMES = 10  # the first frames, which are not counted
 _KERNEL_FRAMES = 40
-_DECODED_AHEAD = 8  # frames, as in a run: a frame to paint has left the nearer caches
+_DECODED_AHEAD = 8  # frames, as in a run: when a frame is painted, it has left the nearer caches
 
 
 def full_look() -> Look:
-    """Lips and eyes with gloss, reflection and shimmer: everything that one layer can cost."""
+    """Lips and eyes with gloss, reflection and shimmer: the highest cost of a layer."""
     lips, eyes = KINDS["lipstick"], KINDS["eyeshadow"]
     return Look(
         lips=product(lips.first_rgb, "shimmer", lips.part),
@@ -44,8 +44,8 @@ def full_look() -> Look:
 
 
 def whole_look() -> Look:
-    """Every kind of makeup at once, in the colours that the page begins with, and three layers of
-    eyeshadow."""
+    """A look with every kind of makeup, in the colours that the page begins with. Eyeshadow has
+    three layers."""
     layers = []
     for kind in KINDS.values():
         worn = product(kind.first_rgb, kind.first_finish, kind.part)
@@ -55,7 +55,8 @@ def whole_look() -> Look:
 
 
 def paint_costs(clip: Path, rounds: int) -> dict[str, Any]:
-    """CPU ms a frame of painting with everything on, and the cost of `whole_look` by that."""
+    """CPU ms a frame to paint `full_look`; the cost of `whole_look` as a multiple of this; and the
+    kernels' share."""
     faces = find_in(clip)
     pairs = [
         (paint_clip(clip, faces), paint_clip(clip, faces, whole_look())) for _ in range(rounds)
@@ -76,9 +77,9 @@ def find_in(clip: Path) -> list[tuple[Face, ...]]:
 def paint_clip(
     clip: Path, faces: list[tuple[Face, ...]], look: Look | None = None
 ) -> dict[str, float]:
-    """CPU ms a frame of scene and composite, OpenCL's threads included: medians and a mean.
+    """CPU ms a frame of scene and composite, including OpenCL's threads: medians and a mean.
 
-    look: `full_look` where it is None.
+    look: None stands for `full_look`.
     """
     build, composite = BuildScene(), Composite(look or full_look())
     times = []
@@ -101,10 +102,10 @@ def paint_clip(
 
 
 def kernel_alone(clip: Path, faces: list[tuple[Face, ...]], look: Look) -> dict[str, float]:
-    """The kernels' share of a composite, medians of frames.
+    """The kernels' share of a composite, as medians of frames.
 
-    kernel_ms: CPU time of all threads, launches included.  launches: of kernels.  work_items: of
-    all launches.  painted_px: pixels whose luma changed.
+    kernel_ms: CPU time of all threads, including the launches.  launches: number of kernel
+    launches.  work_items: of all launches together.  painted_px: pixels whose luma changed.
     """
     build, composite = BuildScene(), Composite(look)
     frames: list[tuple[float, int, int, int]] = []
@@ -122,7 +123,7 @@ def kernel_alone(clip: Path, faces: list[tuple[Face, ...]], look: Look) -> dict[
 
 @contextmanager
 def _watched_launches() -> Generator[list[tuple[float, int]], None, None]:
-    """Collect (CPU ms, work-items) of every launch of a kernel; each is waited for."""
+    """Collect (CPU ms, work-items) of every kernel launch, and wait until each launch is done."""
     launches: list[tuple[float, int]] = []
 
     @contextmanager

@@ -1,4 +1,4 @@
-"""One run of each kind that `makeup-video bench` compares; each returns plain numbers."""
+"""The kinds of runs that `makeup-video bench` compares; each run returns plain numbers."""
 
 import json
 import os
@@ -25,7 +25,7 @@ from makeup_video.pipeline.engine.machine import cpu_seconds_of_children
 from makeup_video.pipeline.engine.runner import Observe
 
 SETTINGS = Settings(codec="h264", preset=PRESET, crf=CRF, overwrite=True)
-LEAST_PAINTED = 0.95  # of the frames: a run that paints nothing is quick
+LEAST_PAINTED = 0.95  # least share of painted frames, since a run that paints nothing is quick
 # Where PoCL and PyOpenCL keep what they compile.
 _KERNEL_CACHES = ("POCL_CACHE_DIR", "XDG_CACHE_HOME")
 
@@ -55,15 +55,15 @@ def time_run(work: Callable[[], int]) -> Run:
 
 
 def run_bare(source: Path, target: Path, threads: tuple[int, int]) -> Run:
-    """The limit: a plain loop of decoding and encoding, the same codec settings, no audio.
+    """The limit: a plain loop that decodes and encodes with the same codec settings, without audio.
 
-    threads: of the decoder and of the encoder, 0 is FFmpeg's own choice.
+    threads: of the decoder and of the encoder; 0: FFmpeg's own choice.
     """
     return time_run(lambda: transcode(source, [target], threads))
 
 
 def transcode(source: Path, targets: Sequence[Path], threads: tuple[int, int]) -> int:
-    """Decode a video and encode it once for each target, all at the same time."""
+    """Decode a video and encode it for all targets at the same time; returns its frames."""
     frames = 0
     with av.open(str(source)) as container, ExitStack() as stack:
         video = container.streams.video[0]
@@ -94,7 +94,7 @@ def run_product(
     settings: Settings = SETTINGS,
     observe: Observe | None = None,
 ) -> tuple[Run, Report]:
-    """The product in this process; look None is `--look none`.
+    """Run the product in this process; look None is `--look none`.
 
     Raises InputError when too few frames were painted to measure painting.
     """
@@ -131,13 +131,13 @@ def run_command(
     stderr: int | None = None,
     python: str = sys.executable,
 ) -> dict[str, Any]:
-    """The real command in its own process: the values of its report, and four more.
+    """Run the real command in its own process; returns the values of its report and four more.
 
-    start_seconds: from the start of the process to the first packet written, None where the report
-    does not say.  memory: [[seconds, MB], ...] every sample_seconds; empty without them.
+    start_seconds: from the start of the process to the first packet written; None if the report
+    does not say.  memory: [[seconds, MB], ...] every sample_seconds; empty if that is None.
     wall_seconds, all_cpu_seconds: of the whole process and its children, start and end included.
 
-    target: with {look} in its name for several looks; the values of each are then in "outputs".
+    target: has {look} in its name for several looks; the values of each are then in "outputs".
     look_words: what is painted, such as ("--ref", "look.jpg").  words: further options.
     environment: variables to add.  stderr: as for subprocess.Popen.  python: the interpreter whose
     version of the product runs.
@@ -158,7 +158,7 @@ def run_command(
         raise subprocess.CalledProcessError(code, command)
     wall, cpu = time.perf_counter() - wall, _cpu_of_children() - cpu
     values: dict[str, Any] = json.loads(report.read_text(encoding="utf-8"))
-    # an excerpt may be the few frames in which nobody is seen
+    # with further words it may be an excerpt in which nobody is seen
     if not words and values.get("painted_frames") is not None:
         check_painted(values["painted_frames"], values["frames_out"])
     first = values.get("first_packet_unix_seconds")
@@ -167,7 +167,10 @@ def run_command(
 
 
 def _cpu_of_children() -> float:
-    """CPU seconds of the child processes that have ended, and of theirs. Raises InstallError."""
+    """CPU seconds of all child processes that have ended, and of their children.
+
+    Raises InstallError.
+    """
     seconds = cpu_seconds_of_children()
     if seconds is None:
         raise InstallError("this system tells no CPU time of child processes: run it on another")
@@ -175,9 +178,10 @@ def _cpu_of_children() -> float:
 
 
 def _as_installed(folder: Path) -> dict[str, str]:
-    """Variables that keep compiled modules in a folder where this environment keeps none.
+    """Variables that keep compiled modules in a folder, if this environment keeps none.
 
-    An installed package has them: without them each start would compile two hundred modules.
+    An installed package has compiled modules. Without them each start would compile two hundred
+    modules.
     """
     if not sys.dont_write_bytecode:
         return {}
@@ -185,7 +189,7 @@ def _as_installed(folder: Path) -> dict[str, str]:
 
 
 def empty_caches(folder: Path) -> dict[str, str]:
-    """Environment variables that put the kernel caches into a folder: nothing is compiled yet."""
+    """Environment variables that put the kernel caches into a folder that has none yet."""
     return {name: str(folder / name.lower()) for name in _KERNEL_CACHES}
 
 
@@ -200,7 +204,7 @@ def _memory_of(process: "subprocess.Popen[bytes]", every_seconds: float) -> list
 
 
 def memory_mb(process: int | str) -> float | None:
-    """Resident memory of a process ("self": this one), None where the system does not report it."""
+    """Resident memory of a process in MB ("self": this one); None if the system reports none."""
     try:
         pages = int(Path(f"/proc/{process}/statm").read_text().split()[1])
     except (OSError, IndexError):  # another system, or the process ended just now

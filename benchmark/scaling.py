@@ -12,17 +12,17 @@ from makeup_video.benchmark.runs import SETTINGS, Run, run_bare, run_command, ru
 from makeup_video.benchmark.videos import RATE, Video, first_frames, repeat_video, tile
 from makeup_video.pipeline.errors import UsageError, option
 
-# threads of (decoder, encoder, stages), 0 = FFmpeg's own choice; the product itself chooses the
-# first on two cores
+# Threads of (decoder, encoder, stages); 0: FFmpeg's own choice. On two cores the product itself
+# chooses the first row.
 SHARED = ((1, 0, 1), (1, 0, 2), (1, 0, 4), (1, 1, 1), (1, 2, 1), (2, 0, 1), (0, 0, 4))
 _POCL_THREADS = (1, 2)
 FACES, _GRID = (1, 2, 4, 8), (4, 2)
-_FEW_ROUNDS = 3  # enough for a row of a table
+_FEW_ROUNDS = 3  # enough for one row of a table
 _MEMORY_SAMPLES = 400
 
 
 def by_faces(bench: Bench, height_px: int) -> dict[str, Any]:
-    """The cost by number of faces: 1, 2, 4 or 8 tiles of the same frame show one, half a tile high.
+    """The cost by number of faces: 1, 2, 4 or 8 tiles of a frame show a face of half their height.
 
     Raises UsageError for a clip of several faces.
     """
@@ -57,13 +57,13 @@ def by_faces(bench: Bench, height_px: int) -> dict[str, Any]:
 
 
 def by_threads(bench: Bench, video: Video, name: str) -> dict[str, Any]:
-    """Frames/s by the threads of the codecs and the stages, and by those of PoCL, in turn."""
+    """Frames/s by the threads of the codecs and the stages, and by the threads of PoCL."""
     short = bench.folder / "threads.mp4"
     first_frames(video.path, short, video.frames // 2)
     target = bench.folder / "ours.mp4"
 
     def with_pocl_threads(threads: int) -> Run:
-        """The command in a process of its own, since PoCL reads the variable when it is loaded."""
+        """Run the command in a process of its own, since PoCL reads the variable when it loads."""
         environment = {"POCL_MAX_PTHREAD_COUNT": str(threads)}
         values = run_command(
             short, target, bench.look_words, environment=environment, stderr=bench.child_stderr
@@ -89,7 +89,7 @@ def _painted_run(bench: Bench, video: Path) -> Run:
 
 
 def _run_with_threads(bench: Bench, video: Path, decoder: int, encoder: int, stages: int) -> Run:
-    """The product with other threads than it chooses; 0: FFmpeg chooses."""
+    """Run the product with these numbers of threads, not its own; 0: FFmpeg chooses."""
     settings = replace(
         SETTINGS, decoder_threads=decoder, encoder_threads=encoder, stage_threads=stages
     )
@@ -101,10 +101,10 @@ def _codecs(decoder: int, encoder: int) -> str:
 
 
 def over_length(bench: Bench, height_px: int, minutes: float) -> dict[str, Any]:
-    """The real command on a video of this length: its speed, and its memory over time.
+    """Run the real command on a video of this length: its speed, and its memory over time.
 
-    memory: [[seconds, MB], ...].  growth: memory in the last tenth of the run by that in the third
-    tenth.
+    memory: [[seconds, MB], ...].  growth: median memory in the last tenth of the run, divided by
+    that in the third tenth.
     """
     made = bench.video(height_px, loops=True)
     times = max(1, round(minutes * 60 * RATE / made.frames))

@@ -1,4 +1,4 @@
-"""Paints a moving portrait for two seconds, to see whether this machine can, and how fast."""
+"""Paints a moving portrait for two seconds, to test whether this machine can, and how fast."""
 
 import io
 import math
@@ -23,7 +23,7 @@ from makeup_video.web.portrait import OWN
 
 WIDTH_PX, HEIGHT_PX, FPS = 1280, 720, 30
 _PATH_PX = 40  # how far the portrait moves to each side
-_FACE_SHARE = 0.75  # of the portrait in the height of the frame
+_FACE_SHARE = 0.75  # height of the portrait as a share of the frame's height
 _VIDEO = ColourTags(1, 1, 1, 1)
 
 
@@ -31,9 +31,9 @@ _VIDEO = ColourTags(1, 1, 1, 1)
 class SelfTest:
     """What a self-test measured.
 
-    start_seconds: loading the nets, opening the device, and the first frame.
-    frames: how many followed; painted: how many of all had a painted face.
-    stages_ms: median time of each stage for a frame, the encoder's too.
+    start_seconds: the time to load the nets, open the device and paint the first frame.
+    frames: how many frames followed.  painted: how many frames, with the first, had a painted face.
+    stages_ms: median time of each stage for a frame, including the encoder.
     """
 
     start_seconds: float
@@ -48,9 +48,10 @@ class SelfTest:
 
 
 def self_test(device: str = "", seconds: float = 2.0) -> SelfTest:
-    """Find, smooth, paint and encode 720p frames for about so many seconds.
+    """Find faces in 720p frames, smooth, paint and encode them.
 
-    device: as for `open_device`.  Raises InstallError, UsageError, OutputError.
+    seconds: about how long, after the first frame.  device: as for `open_device`.  Raises
+    InstallError, UsageError, OutputError.
     """
     times: dict[str, list[float]] = defaultdict(list)
     began = time.perf_counter()

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-SKIPPED, COUNTED = 100, 500  # frames: the paper skips the first hundred and averages five hundred
-_EMPTY = 0.25  # of a channel's capacity: below it, the stage before the channel is waited for
+SKIPPED, COUNTED = 100, 500  # frames: the paper skips the first 100 and averages 500
+_EMPTY = 0.25  # share of a channel's capacity; below it, the other stages wait for the source
 
 
 class StageLog:
@@ -19,17 +19,17 @@ class StageLog:
         self._runs: list[dict[str, list[tuple[float, float]]]] = []
 
     def start(self) -> None:
-        """A run begins."""
+        """Note that a run begins."""
         self._runs.append(defaultdict(list))
 
     def __call__(self, name: str, wall_seconds: float, cpu_seconds: float) -> None:
-        """Called from the thread of the stage; each stage has a list of its own."""
+        """Note an item. Called from the thread of the stage; each stage has a list of its own."""
         self._runs[-1][name].append((wall_seconds, cpu_seconds))
 
     def table(self, frames: int) -> dict[str, dict[str, float]]:
         """By stage, from decoder to encoder: ms a frame at work, and CPU ms of its own thread.
 
-        frames: length of the clip; fewer frames of a short clip are skipped.
+        frames: length of the clip; a short clip skips fewer frames.
         """
         skipped = min(SKIPPED, frames // 6)
         counted = slice(skipped, min(skipped + COUNTED, frames))
@@ -50,7 +50,7 @@ class StageLog:
 
 
 def fills(reports: Iterable[Mapping[str, Mapping[str, float]]]) -> dict[str, dict[str, float]]:
-    """By channel: its capacity, and the items it held on average; medians of runs."""
+    """By channel: its capacity, and its average number of items as the median of the runs."""
     runs = list(reports)
     return {
         name: {
@@ -64,10 +64,10 @@ def fills(reports: Iterable[Mapping[str, Mapping[str, float]]]) -> dict[str, dic
 def bottleneck(
     channels: Mapping[str, Mapping[str, float]], stages: Mapping[str, Mapping[str, Any]]
 ) -> str:
-    """The stage that the others wait for.
+    """The stage that the other stages wait for.
 
-    That is the source where all channels are nearly empty, otherwise the stage that the fullest
-    channel leads to; of stages that share a thread, the one with the longest mean_ms.
+    If all channels are nearly empty, it is the source. Otherwise it is a stage of the thread that
+    the fullest channel leads to: the stage with the longest mean_ms.
 
     stages: from decoder to encoder, with mean_ms.  channels: "-> NAME" leads to the first stage of
     a thread.

@@ -15,11 +15,11 @@ _PAINTED_ROUNDS, _PAINTED_FRAMES = 3, 120  # enough for a median
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Extras:
-    """What is measured beside the video itself.
+    """What is measured besides the video itself.
 
     renderer: painting by itself, and the floor.  faces: the cost by number of faces.  threads:
-    other numbers of threads.  minutes: length of a long video, 0 for none.  looks: so many looks of
-    one video, 0 for none.  chromium: the page of a live run in Chromium.
+    other numbers of threads.  minutes: length of a long video, 0 for none.  looks: how many looks
+    of one video, 0 for none.  chromium: the page of a live run in Chromium.
     """
 
     renderer: bool = True
@@ -52,7 +52,10 @@ def check_options(
     plot: str | None,
     against: str | None = None,
 ) -> None:
-    """Refuse options before anything is measured. Raises UsageError, OutputError, InstallError."""
+    """Check the options before anything is measured.
+
+    Raises UsageError, OutputError, InstallError.
+    """
     from makeup_video.pipeline.errors import UsageError, option
 
     if not (0.5 <= seconds <= 3600 and rounds >= 1):
@@ -98,7 +101,7 @@ def other_version(python: str) -> "Version":
 def sample_clip(clip: str | None) -> Path:
     """The clip to measure with, by default our sample.
 
-    Raises InputError where it is missing, and for a picture.
+    Raises InputError when the clip is missing or is a picture.
     """
     from makeup_video.pipeline import InputError
     from makeup_video.pipeline.files.local_file import local_file
@@ -117,10 +120,8 @@ def sample_clip(clip: str | None) -> Path:
 
 
 def check_sources(look: str | None, ref: str | None) -> None:
-    """Refuse a look file beside a photo, and a photo that does not exist.
-
-    Raises UsageError, InputError.
-    """
+    """Check the sources of the look. Raises UsageError when both a look and a photo are given, and
+    InputError for a photo that does not exist."""
     from makeup_video.pipeline.errors import UsageError, option
     from makeup_video.pipeline.files.local_file import local_file
 
@@ -135,8 +136,8 @@ def check_sources(look: str | None, ref: str | None) -> None:
 def sample_look(look: str | None, ref: str | None) -> "tuple[Look, Path | None]":
     """The look to paint, and the photo that it was read from, if any.
 
-    By default the look of our sample photo; where that is missing, a look of every region with
-    every effect. Raises LookError, InputError, PhotoError.
+    By default this is the look of our sample photo. If that photo is missing, it is a look of lips
+    and eyes with every effect. Raises LookError, InputError, PhotoError.
     """
     from makeup_video.pipeline import look_from_photo
     from makeup_video.pipeline.look.ready import load_look
@@ -159,7 +160,7 @@ def run_suite(
     live: bool,
     against: "Version | None" = None,
 ) -> dict[str, Any]:
-    """The results of the command, as its --json prints them."""
+    """Measure, and return the results as the command prints them with --json."""
     if against is not None:
         from makeup_video.benchmark.against import compare_versions
 
@@ -195,7 +196,7 @@ def measure(bench: "Bench", heights: list[int], *, renderer: bool) -> dict[str, 
 
 
 def _painting(bench: "Bench", video: Path, name: str, measured_ms: float) -> dict[str, Any]:
-    """The renderer by itself with a look that has everything; the floor of the painted look."""
+    """The renderer by itself with a look of every effect, and the floor of the painted look."""
     from makeup_video.benchmark.floor import floor_of
     from makeup_video.benchmark.renderer import find_in, kernel_alone, paint_costs
     from makeup_video.benchmark.videos import first_frames
@@ -211,7 +212,7 @@ def _painting(bench: "Bench", video: Path, name: str, measured_ms: float) -> dic
 
 
 def measure_scaling(bench: "Bench", height_px: int, extras: Extras) -> dict[str, Any]:
-    """The cost by faces, threads, looks and length at one size, as far as each was asked for."""
+    """The cost by faces, threads, looks and length at one size; only those that were asked for."""
     from makeup_video.benchmark.scaling import by_faces, by_threads, over_length
 
     results: dict[str, Any] = {}

@@ -12,7 +12,7 @@ _STAGE_KEYS = ("mean_ms", "p50_ms", "p95_ms", "cpu_mean_ms", "cpu_p50_ms")
 
 
 def draw_tables(results: _Values, text: io.StringIO) -> None:
-    """Everything that was measured; of two versions also a line for each size."""
+    """Draw everything that was measured; for two versions, add a line for each size."""
     from rich.console import Console
     from rich.table import Table
 
@@ -44,7 +44,7 @@ def tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
 
 
 def _versions(found: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
-    """This version beside another."""
+    """The tables that compare this version with another."""
     head = ("", f"this, {found['this']}", f"other, {found['other']}", "this / other")
     measures = (
         ("CPU ms a frame", "cpu_ms_per_frame", "cpu", ".2f"),
@@ -233,7 +233,7 @@ def _floor(sizes: Mapping[str, _Values]) -> Iterator[Row]:
 
 
 def more_tables(results: _Values) -> Iterator[tuple[str, Row, list[Row]]]:
-    """The tables of faces, threads, looks and length, as far as each was asked for."""
+    """The tables of faces, threads, looks and length; only those that were asked for."""
     if "faces" in results:
         faces = results["faces"]
         title = (

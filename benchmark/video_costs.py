@@ -1,4 +1,4 @@
-"""The costs of a video: bare codec, --look none and the whole product in turn; start, memory."""
+"""The cost of a video by the bare codec, --look none and the whole product; start and memory."""
 
 from pathlib import Path
 from statistics import median
@@ -12,22 +12,23 @@ from makeup_video.benchmark.videos import RATE, Video, first_frames
 from makeup_video.pipeline import Report, Settings, process_video
 
 _CHOOSING = 150  # frames on which the bare loop's threads are compared
-_DEFAULT_RUNS = 2  # with the default preset and quality, for times real time alone
+_DEFAULT_RUNS = 2  # with the default preset and quality, only to compare with real time
 _START_SECONDS, _STARTS = 2, 3
 
 
 def compare(bench: Bench, video: Video, name: str) -> dict[str, Any]:
-    """Bare loops, `--look none` and the whole product in turn (A B C D, B C D A, ...).
+    """Run bare loops, `--look none` and the whole product in turn (A B C D, B C D A, ...).
 
     bare: the loop with its best threads, which is the limit.  codec: the loop with the product's
-    threads; the product's CPU time beyond it is all that is not codec.
-    Ratios are those of medians. Their spread is that of the rounds; a busy machine makes it wide.
+    threads; CPU time of the product beyond this loop is not the codec's.
+    Each ratio is one of medians, and its spread is that of the rounds. A busy machine widens the
+    spread.
     """
     bare_file, our_file = bench.folder / "bare.mp4", bench.folder / "ours.mp4"
     bench.log(f"{name}: the bare loop's best threads")
     by_threads = _bare_by_threads(bench, video)
     best = max(by_threads, key=lambda threads: by_threads[threads])
-    # loads and compiles what is needed once, which own_process measures
+    # loads and compiles what is needed only once; own_process measures the time for that
     run_product(bench.folder / "short.mp4", our_file, bench.look)
     observed, reports = StageLog(), []
 
@@ -80,7 +81,7 @@ def _times_real_time(bench: Bench, video: Video) -> float:
 
 
 def _bare_by_threads(bench: Bench, video: Video) -> dict[tuple[int, int], float]:
-    """Frames/s of the bare loop by its threads, the better of two passes."""
+    """Frames/s of the bare loop by its threads, from the better of two passes."""
     short, target = bench.folder / "short.mp4", bench.folder / "bare.mp4"
     first_frames(video.path, short, _CHOOSING)
     run_bare(short, target, BARE_THREADS[0])  # warms the file cache, not counted
@@ -89,7 +90,7 @@ def _bare_by_threads(bench: Bench, video: Video) -> dict[tuple[int, int], float]
 
 
 def own_process(bench: Bench, video: Video, name: str) -> dict[str, float]:
-    """What only the real command in its own process shows: peak memory and start-up time.
+    """Measure what only the real command in its own process shows: peak memory and start-up time.
 
     first_start_seconds: with empty kernel caches.  start_seconds: median of later starts.
     """

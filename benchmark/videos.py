@@ -1,7 +1,7 @@
 """The videos that `makeup-video bench` measures with, all made from one clip.
 
-A video may be longer than its clip, which is then played forwards, backwards, forwards ... without
-a jump. A jump would be a scene cut, where the detector looks for every face anew.
+A video may be longer than its clip. The clip is then played forwards, backwards, forwards ...
+without a jump. A jump would be a scene cut, after which the detector looks for every face anew.
 """
 
 from collections.abc import Iterable, Iterator
@@ -22,15 +22,15 @@ from makeup_video.pipeline.media.input_file import open_video
 
 CODEC, PRESET, CRF = "libx264", "veryfast", 20
 RATE = 30  # frames/s of every video here
-FACE_SHARE = 0.5  # of the height of a video, from the top of the forehead to the chin
+FACE_SHARE = 0.5  # face, from the top of the forehead to the chin, by the height of a video
 X264_OPTIONS = {"preset": PRESET, "crf": str(CRF)}
 _NEARLY_LOSSLESS = {"preset": "ultrafast", "crf": "12"}  # for intermediate files
 _GROUP = 15  # frames from one keyframe to the next, in a video that is also read backwards
 _PROBE = 30  # faces are counted in every 30th frame
-_FOREHEAD, _CHIN = 10, 152
+_FOREHEAD, _CHIN = 10, 152  # landmarks
 _GREY = 110
 
-# x0, y0, x1, y1 px; beyond the picture its border is repeated
+# x0, y0, x1, y1 in px; outside the picture, its border pixels are repeated
 Rectangle = tuple[int, int, int, int]
 
 
@@ -38,8 +38,8 @@ Rectangle = tuple[int, int, int, int]
 class Video:
     """A video to measure with.
 
-    faces: how many it shows.  is_cropped: cropped so that its one face fills FACE_SHARE of the
-    height.
+    faces: how many faces it shows.  is_cropped: whether it was cropped so that its one face fills
+    FACE_SHARE of the height.
     """
 
     path: Path
@@ -71,8 +71,8 @@ def make_video(
 
     A clip of one face is cropped to 16:9 (or to width_px) so that the face fills FACE_SHARE of the
     height. A clip of several faces is only scaled, as is every clip with as_is.
-    frames: length of the video.  loops: the end of the video leads to its beginning; it may then be
-    shorter.  Raises InputError for a clip without a face, or a damaged one.
+    frames: length of the video.  loops: the end of the video leads back to its beginning; the video
+    may then be shorter.  Raises InputError for a clip that shows no face or is damaged.
     """
     faces, size_wh, box = _view(source, frames)
     is_cropped = faces == 1 and not as_is
@@ -95,9 +95,10 @@ def make_video(
 
 
 def _view(source: Path, frames: int) -> tuple[int, tuple[int, int], Rectangle]:
-    """The number of faces in a clip, its size, and its face as a rectangle of no width.
+    """The number of faces in a clip, the clip's size, and its face as a rectangle of no width.
 
-    The rectangle is a line in the middle of the face, from the forehead to the chin, on average.
+    The rectangle is a line down the middle of the face, from the forehead to the chin, at the
+    average place. Raises InputError for a clip that has no frame, is damaged or shows no face.
     """
     counts, ends, size_wh = [], [], (0, 0)
     for planes in islice(_upright(source), 0, frames, _PROBE):
@@ -120,9 +121,9 @@ def _view(source: Path, frames: int) -> tuple[int, tuple[int, int], Rectangle]:
 
 
 def _around(face: Rectangle, aspect: float, size_wh: tuple[int, int]) -> Rectangle:
-    """A box of this width / height in which the face fills FACE_SHARE of the height.
+    """A box of this aspect (width / height) in which the face fills FACE_SHARE of the height.
 
-    The face is in the middle of the box, or off it as far as needed to keep the box in the picture.
+    The face is in the middle of the box, or only as far off as the picture's borders require.
     """
     x, y0, _, y1 = face
     height = round((y1 - y0) / FACE_SHARE)
@@ -151,7 +152,7 @@ def _upright(source: Path) -> Iterator[np.ndarray]:
 
 
 def _scaled(planes: np.ndarray, box: Rectangle, size_wh: tuple[int, int]) -> av.VideoFrame:
-    """The box of planes (3, H, W), scaled to a size, as 4:2:0."""
+    """The part of planes (3, H, W) inside a box, scaled to a size, as 4:2:0."""
     x0, y0, x1, y1 = box
     height, width = planes.shape[1:]
     inside = planes[:, max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)]
@@ -173,7 +174,7 @@ def _there_and_back(source: Path, unique: int) -> Iterator[av.VideoFrame]:
 
 
 def _backwards(source: Path, unique: int) -> Iterator[av.VideoFrame]:
-    """The pictures n-2 ... 1, one group of them in memory at a time."""
+    """The pictures n-2 ... 1, with only one group of _GROUP pictures in memory at a time."""
     with av.open(str(source)) as box:
         video = box.streams.video[0]
         assert video.time_base is not None
@@ -191,7 +192,7 @@ def _backwards(source: Path, unique: int) -> Iterator[av.VideoFrame]:
 
 
 def pictures(source: Path, count: int | None = None) -> Iterator[av.VideoFrame]:
-    """Decoded pictures, by a single thread, so that nothing else runs while painting is timed."""
+    """Decode pictures with a single thread, so that nothing else runs while painting is timed."""
     with av.open(str(source)) as box:
         video = box.streams.video[0]
         video.thread_type, video.codec_context.thread_count = "NONE", 1
@@ -222,12 +223,12 @@ def write_video(target: Path, content: Iterable[av.VideoFrame], options: dict[st
 
 
 def first_frames(source: Path, target: Path, count: int) -> None:
-    """Write only the first pictures of a video."""
+    """Write only the first `count` pictures of a video."""
     write_video(target, pictures(source, count), X264_OPTIONS)
 
 
 def repeat_video(source: Path, target: Path, times: int) -> Path:
-    """Repeat a video that `loops`; its packets are copied, not encoded again."""
+    """Repeat a video that was made with `loops`; its packets are copied, not encoded again."""
     with av.open(str(source)) as box, av.open(str(target), "w") as out:
         video = box.streams.video[0]
         stream = out.add_stream_from_template(video)
@@ -245,7 +246,7 @@ def repeat_video(source: Path, target: Path, times: int) -> Path:
 
 
 def tile(source: Path, target: Path, faces: int, grid: tuple[int, int]) -> Path:
-    """Show a video in the first tiles of a (columns, rows) grid, one per face; the rest is grey."""
+    """Show a video in the first `faces` tiles of a (columns, rows) grid; the rest is grey."""
     columns, rows = grid
 
     def tiled(picture: av.VideoFrame) -> av.VideoFrame:

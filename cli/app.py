@@ -1,4 +1,4 @@
-"""The commands of `makeup-video`, and `apply` as the one that needs no name."""
+"""The commands of `makeup-video`; `apply` is the default command and needs no name."""
 
 import os
 from typing import Annotated, Any
@@ -21,23 +21,23 @@ from makeup_video.cli.help_page import Command, Group
 from makeup_video.cli.options import DEFAULT, PROGRAM, RUN
 from makeup_video.pipeline.errors import closest
 
-_HELP = "help"  # a command of other programs
+_HELP = "help"  # other programs have a command of this name; here it is --help
 
 
 class DefaultGroup(Group):
-    """Runs the default command when the first word is neither a command nor an own option."""
+    """Runs the default command if the first word is no command and no option of this group."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         own = {name for param in self.params for name in (*param.opts, *param.secondary_opts)}
         own |= set(self.get_help_option_names(ctx))
         if args and args[0] not in own and args[0] not in self.commands:
-            if not ctx.resilient_parsing:  # of a shell that completes a line
+            if not ctx.resilient_parsing:  # true while a shell completes a line
                 self._check_first_word(ctx, args)
             args = [DEFAULT, *args]
         return super().parse_args(ctx, args)
 
     def shell_complete(self, ctx: Any, incomplete: str) -> list[Any]:
-        """Commands, own options, and the options of the command that needs no name."""
+        """Complete commands, options of this group, and options of the default command."""
         default = self.commands[DEFAULT]
         inner = default.make_context(DEFAULT, [], parent=ctx, resilient_parsing=True)
         return [
@@ -46,10 +46,11 @@ class DefaultGroup(Group):
         ]
 
     def _check_first_word(self, ctx: Any, args: list[str]) -> None:
-        """Raise a usage error for "help", a mistyped command, or a word alone or before a file,
-        unless the word is a file.
+        """Raise a usage error for a first word that cannot be the input of the default command.
 
-        An input that does not exist, with options after it, is left to the command.
+        Such a word is no file, folder or option, and is "help" or a mistyped command, stands alone
+        or comes before a file. A missing input that options follow is left to the default command,
+        which reports it.
         """
         word = args[0]
         if word.startswith("-") or os.path.exists(word):

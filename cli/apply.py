@@ -117,7 +117,7 @@ def apply(
         wanted = look.wanted(quiet)
         run = _Run(source, look.files, look.takes_off, report, save_look, quiet)
         outputs += name_outputs(output, source, wanted)
-        if outputs != [output]:  # of a template
+        if outputs != [output]:  # OUT was a template
             folders.make(outputs)
         if len(outputs) == 1:
             done = _paint_one(run, outputs[0], wanted[0], settings, cluster)
@@ -131,10 +131,10 @@ def apply(
 
 @dataclass(frozen=True)
 class _Run:
-    """What runs of one look and of several share.
+    """The options that a run of one look shares with a run of several looks.
 
-    inputs: files beside `source` that this run reads.  takes_off: options, as they are typed, that
-    may leave a look without makeup.  report, save_look: files to write.
+    inputs: the other files that this run reads, besides `source`.  takes_off: options, as the user
+    types them, that may leave a look without makeup.  report, save_look: files to write.
     """
 
     source: str
@@ -146,10 +146,11 @@ class _Run:
 
 
 def _look_for(run: _Run, look: WantedLook) -> "Look":
-    """The look of a run; one that paints nothing is logged."""
+    """Load a look of the run. Unless quiet, log a look that paints nothing by mistake."""
     from makeup_video.pipeline.look.words import is_none
 
     painted, name = look.load(run.quiet), look.fields["look"]
+    # `--look none` asks for no makeup; a file that is called none.json does not
     is_meant = is_none(name) and name not in [Path(file).stem for file in run.inputs]
     if painted.is_bare and not is_meant and not run.quiet:
         why = "is at a strength of 0" if painted.layers else "has no makeup"
@@ -159,13 +160,13 @@ def _look_for(run: _Run, look: WantedLook) -> "Look":
 
 
 def _make_ready(run: _Run, *, paints: bool) -> None:
-    """Prepare for the work, once the looks are read.  paints: this process needs kernels."""
+    """Prepare this process for the work, once the looks are read.  paints: it needs kernels."""
     from makeup_video.pipeline.engine.machine import return_large_blocks, seek_garbage
 
     if paints:
         settle_kernels(run.quiet)
     seek_garbage()
-    return_large_blocks()  # from now on: a photo is read in large blocks, which are used again
+    return_large_blocks()  # not earlier: reading a photo uses the same large blocks again
 
 
 def _paint_one(
@@ -213,7 +214,7 @@ def _paint_several(
 
 
 def _values(output: str, outcome: "Outcome") -> dict[str, Any]:
-    """The report of one of several looks, or the error in its place."""
+    """The report of one of several looks as JSON values, or the error if the look failed."""
     from makeup_video.pipeline import MakeupVideoError
 
     if isinstance(outcome, MakeupVideoError):
@@ -225,9 +226,11 @@ def _values(output: str, outcome: "Outcome") -> dict[str, Any]:
 def _sidecars(
     run: _Run, outputs: list[str], looks: list[WantedLook], overwrite: bool
 ) -> "Generator[tuple[JsonFile | None, JsonFile | None], None, None]":
-    """Open the report and the look file; first the video's name and the looks are checked, then all
-    outputs and both files, before any is begun. Raises UsageError, LookError, InputError,
-    OutputError."""
+    """Open the report and the look file; None stands for a file that is not wanted.
+
+    Checks the video's name and the looks first, then all outputs and both files, before any of them
+    is begun. Raises UsageError, LookError, InputError, OutputError.
+    """
     from makeup_video.pipeline.files.local_file import local_file
     from makeup_video.pipeline.files.output_file import check_place, keep_apart
     from makeup_video.pipeline.files.sidecar import LookFile, ReportFile

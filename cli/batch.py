@@ -137,7 +137,7 @@ def batch(
 def _run(
     work: "BatchJobs", overwrite: bool, retry: bool, workers: "Sequence[Worker]", quiet: bool
 ) -> "dict[str, Result]":
-    """Do what is left, and write the page. Ctrl-C ends with exit code 130."""
+    """Paint the outputs that are left, and write the page. Ctrl-C ends with exit code 130."""
     from makeup_video.cli.progress import show_batch
     from makeup_video.pipeline import StoppedError
     from makeup_video.pipeline.batch.page import check_page, write_page
@@ -160,7 +160,7 @@ def _run(
 
 
 class _Events:
-    """Shows what a batch does: a line for each output, and the job in hand."""
+    """Shows how a batch proceeds: a line for each output, and the job in hand."""
 
     def __init__(
         self,
@@ -194,8 +194,10 @@ def _line(result: "Result") -> str:
 
 
 def _print_end(work: "BatchJobs", results: "dict[str, Result]", quiet: bool) -> None:
-    """Name what failed. Raises typer.Exit with exit code 5 where anything did, or an input was
-    damaged."""
+    """Log how many outputs are done, and name those that failed.
+
+    Raises typer.Exit with exit code 5 when an output failed or an input was damaged.
+    """
     from makeup_video.pipeline.batch.job import Done
     from makeup_video.pipeline.batch.plan import is_hopeless
     from makeup_video.pipeline.errors import EXIT_IN_PART

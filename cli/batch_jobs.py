@@ -1,4 +1,4 @@
-"""From the options of `batch` to its jobs."""
+"""Turns the options of `batch` into its jobs."""
 
 import contextlib
 import os
@@ -32,7 +32,7 @@ from makeup_video.pipeline.look.kinds import PARTS
 from makeup_video.pipeline.media.codecs import CONTAINERS
 
 _JOURNAL, _PAGE = "makeup-video.jsonl", "index.html"
-_LOOK_COLUMNS = ("look", "ref")  # each is a whole look
+_LOOK_COLUMNS = ("look", "ref")  # each gives a whole look
 _FACES = ("ref_face", "faces")
 _CHANGES = (*_FACES, *PARTS, "color", "finish", "parts", "zone", "intensity", "strength")
 _TIMES = ("start", "end")
@@ -41,7 +41,7 @@ _ENDINGS = (*CONTAINERS, *WRITERS)  # of videos and of pictures
 
 @dataclass(frozen=True, slots=True)
 class BatchJobs:
-    """The jobs of a batch, its journal, which is open, and the place of its page."""
+    """The jobs of a batch, its open journal, and the path of its page."""
 
     jobs: list[Job]
     journal: Journal
@@ -53,8 +53,8 @@ class BatchJobs:
         return sum(len(job.looks) for job in self.jobs)
 
     def changes_kind(self, outputs: Sequence[str]) -> bool:
-        """Whether one of these outputs would make a video of a picture, or a picture of a video,
-        by their names."""
+        """Whether an output, by its name, would turn a picture into a video or a video into a
+        picture."""
         sources = {look.output: job.source for job in self.jobs for look in job.looks}
         return any(
             one.lower().endswith(PHOTOS) != sources[one].lower().endswith(PHOTOS) for one in outputs
@@ -66,7 +66,7 @@ class _Wanted:
     """One input, and how it is painted.
 
     where: the row of a list, for messages.
-    is_beside_videos: a picture that is painted without what videos alone have.
+    is_beside_videos: a picture in a batch with videos; settings for videos only do not apply to it.
     """
 
     source: str
@@ -115,7 +115,7 @@ def open_batch(
         if not quiet:
             _log_left_out(inputs, sources)
         pictures = set()
-        if sources:  # rows of a list have times of their own
+        if sources:  # not for rows of a list, which have times of their own
             settings = how.settings(look, overwrite=overwrite)
             pictures = _pictures_beside_videos(sources, settings, quiet)
         wanted = [
@@ -123,8 +123,8 @@ def open_batch(
             for one in sources
         ] + rows
         sources = [one.source for one in wanted]
-        # When a batch goes on, a file may be lost by now; what has no name of a video or a picture
-        # is rather a folder whose name is mistyped.
+        # When a batch is resumed, an input may be gone by now. But a name that does not end like a
+        # video or a picture is more likely a mistyped folder.
         if not opened.outputs or not any(map(_is_media, sources)):
             check_some_exist(sources, wanted[0].where)
         jobs = _jobs(wanted, overwrite, quiet)
@@ -136,7 +136,10 @@ def open_batch(
 
 
 def _pictures_beside_videos(sources: Sequence[str], settings: Settings, quiet: bool) -> set[str]:
-    """The pictures that are painted without what videos alone have: those beside videos."""
+    """The pictures in a batch with videos, if a setting was given that applies to videos only.
+
+    One line logs that these pictures are painted without such settings, unless quiet.
+    """
     pictures = set(filter(_is_picture, sources))
     given = [option_of_command(name, None) for name in settings.of_videos()]
     if not given or not pictures or len(pictures) == len(sources):
@@ -156,8 +159,8 @@ def _is_media(source: str) -> bool:
 
 
 def _log_left_out(given: Sequence[str], sources: Sequence[str]) -> None:
-    """Log which of the files that were given are no inputs: outputs of this batch that were given
-    by their names, and pictures in folders that cannot be painted."""
+    """Log which of the given files are not painted: outputs of this batch that were given by name,
+    and pictures in given folders whose kind cannot be painted."""
     kept = set(map(os.path.realpath, sources))
     named = {os.path.realpath(one) for one in given if os.path.isfile(one)}
     if outputs := len(named - kept):
@@ -169,13 +172,13 @@ def _log_left_out(given: Sequence[str], sources: Sequence[str]) -> None:
 
 
 def _folder_of(templates: Sequence[str], listed: str) -> Path:
-    """The folder above all outputs of a list, or that of the list where they share none."""
+    """The folder above all outputs of a list, or the list's own folder if they share none."""
     folders = {os.path.abspath(Template(one).folder) for one in templates}
     if len(folders) == 1:
         return Template(templates[0]).folder
-    with contextlib.suppress(ValueError):  # they lie on several drives
+    with contextlib.suppress(ValueError):  # the outputs lie on several drives
         shared = os.path.commonpath(folders)
-        if os.path.dirname(shared) != shared:  # else it is the root of a drive
+        if os.path.dirname(shared) != shared:  # `shared` is not the root of a drive
             return Path(os.path.relpath(shared))
     return Path(listed).parent
 
@@ -192,7 +195,7 @@ def _listed(
         }
         changes |= {name: faces_meant(changes[name]) for name in _FACES if name in changes}
         whole = {name: [row.options[name]] for name in _LOOK_COLUMNS if name in row.options}
-        if whole:  # in place of the command's own looks
+        if whole:  # the row's look replaces all looks of the command
             of_looks = ("look", "ref", "looks", "catalogue", "where", "ref_face")
             none: dict[str, Any] = dict.fromkeys(of_looks)
             changes = none | changes | whole
@@ -203,14 +206,14 @@ def _listed(
 
 
 def _jobs(wanted: Sequence[_Wanted], overwrite: bool, quiet: bool) -> list[Job]:
-    """The jobs, after a check that no output is another one or a file that is read."""
+    """The jobs, once it is checked that all outputs differ and none is a file that is read."""
     looks: dict[str, list[tuple[WantedLook, Look]]] = {}
     jobs, files = [], set()
     origins: list[Origin] = []
     for one in wanted:
         try:
             key = repr(one.look)
-            if key not in looks:  # the same for all inputs but those of some lists
+            if key not in looks:  # only rows of a list may have looks of their own
                 looks[key] = [(look, look.load(True)) for look in one.look.wanted(quiet)]
                 files.update(one.look.files)
             its_origins = _origins(one, [look for look, _ in looks[key]])

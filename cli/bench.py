@@ -1,4 +1,4 @@
-"""`makeup-video bench`: what the product costs beside the bare codec, in one run."""
+"""`makeup-video bench`: compares the cost of the product with the bare codec's, in one run."""
 
 import json
 from pathlib import Path
@@ -175,7 +175,7 @@ def bench(
 
 
 def _show(results: dict[str, Any], plot: str | None, as_json: bool) -> None:
-    """Draw the results where that is wanted, and print them."""
+    """Draw the results if a plot is wanted, and print them."""
     if plot is not None:
         from makeup_video.benchmark.plots import draw
 

@@ -8,16 +8,17 @@ import sys
 _said_stopped = False
 _own_stderr: int | None = None
 # Characters that move the cursor, colour the terminal, begin a line or turn the reading direction;
-# what has no width; and lone surrogates, which stand for bytes of file names that are not UTF-8.
-# The joiners (U+200C, U+200D) are parts of words and emoji. web/upload.py has the same list: this
-# module cannot share it, since it must load first, even when memory is short.
+# characters without width; and lone surrogates, which stand for bytes of file names that are not
+# UTF-8. The joiners (U+200C, U+200D) are not listed, since words and emoji contain them.
+# web/upload.py has the same list. This module cannot import that one, since it must load first,
+# even when memory is short.
 _RAW = re.compile(
     "[\x00-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2060\u2066-\u2069\ufeff\ud800-\udfff]"
 )
 
 
 def printable(text: str) -> str:
-    """One line that a terminal shows as it is: other characters become escapes such as \\x1b."""
+    """A text as one line that is safe to print: other characters become escapes such as \\x1b."""
     return _RAW.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
@@ -25,11 +26,12 @@ def silence_libraries() -> None:
     """Send what C libraries print on stderr to the null device; Python's stderr still works.
 
     libpng, libjpeg, LLVM and others repeat what our error line says, or print what does not concern
-    the user. They know only file descriptor 2, so Python's stderr moves to a copy of it. This holds
-    for every thread until the process ends.
+    the user. They write to file descriptor 2, so Python's stderr moves to a copy of the descriptor.
+    This holds for every thread until the process ends.
     """
     global _own_stderr
-    if sys.stderr is None:  # closed: the output file must not get descriptor 2, and their lines
+    # stderr is closed: otherwise the output file could get descriptor 2 and the libraries' lines
+    if sys.stderr is None:
         _redirect_stderr_to_null()
         return
     before = sys.__stderr__
@@ -75,12 +77,12 @@ def log(text: str) -> None:
     try:
         print(printable(text), file=sys.stderr, flush=True)
     except (OSError, ValueError):
-        # otherwise Python would fail on it once more at exit
+        # otherwise Python would fail again at exit, when it flushes stderr
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
 
 
 class ResultText(io.StringIO):
-    """Text for `print_result` that rich draws: colours and boxes only where stdout has them."""
+    """Text for `print_result` that rich draws, with colours and boxes if stdout can show them."""
 
     @property
     def encoding(self) -> str:  # type: ignore[override]
@@ -91,7 +93,7 @@ class ResultText(io.StringIO):
 
 
 def print_result(text: str) -> None:
-    """Print on stdout, escaped where its encoding lacks a character.
+    """Print on stdout; characters that its encoding lacks are escaped.
 
     A reader that closes the pipe early is no error. Raises OutputError when stdout cannot be
     written.
@@ -104,7 +106,7 @@ def print_result(text: str) -> None:
         sys.stdout.write(text)
         sys.stdout.flush()
     except OSError as error:
-        # what is still buffered must not fail once more when Python exits
+        # otherwise the text that is still buffered would fail again when Python exits
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if not isinstance(error, BrokenPipeError):
             from makeup_video.pipeline.errors import OutputError

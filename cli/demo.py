@@ -46,7 +46,7 @@ def demo(
         show = DemoShow(_portrait(portrait), first, slow_jobs, log, photo=photo)
         with serve_page(show, slow_jobs, page, log):
             try:
-                # The system may give a signal to any thread, which does not wake this one.
+                # The system may deliver a signal to another thread, which does not wake this one.
                 while True:
                     time.sleep(_WAKE_SECONDS)
             except KeyboardInterrupt:

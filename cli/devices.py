@@ -8,7 +8,7 @@ from makeup_video.cli.options import Debug, PrintJson
 from makeup_video.cli.outcome import report_errors
 
 EXAMPLES = ("makeup-video devices", "makeup-video devices --json")
-# What a group is called, and the option that takes its names.
+# The title of each group, with the option that takes the names of the group.
 _TITLES = {
     "cameras": "cameras (live --camera NAME)",
     "microphones": "microphones (live --audio NAME)",
@@ -29,7 +29,7 @@ def devices(as_json: PrintJson = False, debug: Debug = False) -> None:
 
 
 def devices_found() -> dict[str, dict[str, str]]:
-    """By group, the name to give to an option and what it stands for. Raises InstallError."""
+    """For each group, the names that its option takes, with descriptions. Raises InstallError."""
     from makeup_video.pipeline.live.sources.device import cameras_by_name
     from makeup_video.pipeline.live.sources.microphone import microphones_found
     from makeup_video.pipeline.media.encoders import encoders_found

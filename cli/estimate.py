@@ -20,8 +20,8 @@ EXAMPLES = (
     "makeup-video estimate look.jpg -o look.json",
     "makeup-video estimate look.jpg --catalogue shades.csv",
 )
-_COLOURFUL = ("256", "truecolor")  # of 16 colours none is near enough to a lipstick's
-_NUMBERS = ("opacity", "gloss", "gloss_roughness", "reflection")  # printed of each region
+_COLOURFUL = ("256", "truecolor")  # none of 16 colours would be close enough to a lipstick's
+_NUMBERS = ("opacity", "gloss", "gloss_roughness", "reflection")  # printed for each layer
 
 
 def estimate(
@@ -62,7 +62,7 @@ def estimate(
     from makeup_video.cli.main import mark_output_whole
     from makeup_video.pipeline.engine.machine import FIND_FACES, check_memory
 
-    check_memory(FIND_FACES)  # with less, the libraries of the nets crash while they are loaded
+    check_memory(FIND_FACES)  # with less memory, the libraries of the nets crash while they load
     from makeup_video.pipeline.files.sidecar import LookFile
     from makeup_video.pipeline.look.catalogue import read_catalogue
     from makeup_video.pipeline.look.kinds import KINDS, PARTS
@@ -81,7 +81,7 @@ def estimate(
             look = read.look
             if file is not None:
                 file.write(look.to_dict())
-                mark_output_whole()  # what is printed now follows the file
+                mark_output_whole()  # the file is written: Ctrl-C while printing comes too late
         parts = {
             part: _described(look.of(kind.name), part, shades)
             for part, kind in PARTS.items()
@@ -111,7 +111,7 @@ def _for_programs(layers: list[dict[str, Any]]) -> dict[str, Any] | None:
 def _described(
     layers: "tuple[Layer, ...]", part: str, shades: "Catalogue | None"
 ) -> list[dict[str, Any]]:
-    """The layers of a part as JSON values, each with its place in words."""
+    """The layers of a part as JSON values, each with its place and strength in words."""
     from makeup_video.pipeline.look.finishes import place_in_words
 
     return [
@@ -182,7 +182,7 @@ def _print_layer(console: "Console", part: str, values: dict[str, Any], certaint
 
 
 def _print_line(console: "Console", head: str, swatch: str | None = None, tail: str = "") -> None:
-    """Print one line, never broken; a terminal with enough colours shows a patch of the swatch."""
+    """Print one unbroken line, with a patch of the colour `swatch` if the terminal can show it."""
     from rich.text import Text
 
     line = Text(head)

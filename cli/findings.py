@@ -1,4 +1,4 @@
-"""What `makeup-video doctor` looks at: versions, memory, devices, encoders, a self-test."""
+"""What `makeup-video doctor` checks: versions, memory, devices, encoders, a self-test."""
 
 import platform
 from collections.abc import Callable, Iterator
@@ -18,7 +18,7 @@ OK, NOTE, BAD = "ok", "note", "bad"
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One line: what was looked at, whether it is well, and what it is or what to do."""
+    """One line: the state, what was checked, and words that say what was found or what to do."""
 
     state: str
     what: str
@@ -26,7 +26,7 @@ class Finding:
 
 
 def findings(device: str) -> Iterator[Finding]:
-    """Look at everything, one thing after the other; device: the OpenCL device to test."""
+    """Check one thing after the other.  device: the OpenCL device to test."""
     from makeup_video.pipeline.errors import MakeupVideoError
 
     yield Finding(OK, "makeup-video", _own_version())
@@ -45,7 +45,7 @@ def findings(device: str) -> Iterator[Finding]:
             yield check()
         except MakeupVideoError as error:
             yield Finding(BAD, what, error_text(error))
-        except Exception as error:  # noqa: BLE001  # whatever fails is a finding
+        except Exception as error:  # noqa: BLE001  # every failure is a finding
             yield Finding(BAD, what, f"{type(error).__name__}: {' '.join(str(error).split())}")
 
 
@@ -64,7 +64,7 @@ def _system() -> str:
 
 
 def _packages() -> Finding:
-    """Versions of the libraries, and of extras that are installed."""
+    """The versions of the libraries and extras that are installed."""
     from importlib.metadata import PackageNotFoundError, version
 
     found = []

@@ -12,10 +12,10 @@ from makeup_video.cli.plain_values import take_plain_values
 from makeup_video.cli.usage import check_colours, check_given_once
 from typer.core import TyperCommand, TyperGroup
 
-_NARROWEST, _WIDEST = 40, 100  # columns of a page; in a narrower terminal the lines break
-_TEXT_COLUMNS = 22  # for the texts beside options: "[hh:]mm:ss[.fraction]." is one word
-_NAMES_COLUMNS = 30  # for the options themselves; a longer one has a line of its own
-_BREAK = " \\"  # the end of a line that the next one continues, in a shell
+_NARROWEST, _WIDEST = 40, 100  # columns of a page; a narrower terminal breaks the lines
+_TEXT_COLUMNS = 22  # at least, for texts beside options: as long as "[hh:]mm:ss[.fraction]."
+_NAMES_COLUMNS = 30  # at most, for the names of options; a longer name gets a line of its own
+_BREAK = " \\"  # ends a line that continues on the next one, in a shell
 _EXIT_CODES = (
     ("0", "done"),
     ("1", "the machine lacks something, or an internal error"),
@@ -32,11 +32,11 @@ class Command(TyperCommand):
     """A command whose epilog holds its examples, one a line."""
 
     def get_help_option(self, ctx: Any) -> Any:
-        """The option --help, which reports that stdout cannot be written."""
+        """The option --help, which reports an error when stdout cannot be written."""
         return _reporting(super().get_help_option(ctx))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse as Typer does; every usage error then knows its command."""
+        """Check and parse the arguments; every usage error then knows its command."""
         check_colours(ctx, self.get_params(ctx), args)
         check_given_once(ctx, self.get_params(ctx), args)
         take_plain_values(self.get_params(ctx))
@@ -58,10 +58,10 @@ class Command(TyperCommand):
 
 
 class Group(TyperGroup):
-    """The commands, of which the default one needs no name; the help shows its options, too."""
+    """The commands. The default command needs no name, so the help lists its options, too."""
 
     def get_help_option(self, ctx: Any) -> Any:
-        """The option --help, which reports that stdout cannot be written."""
+        """The option --help, which reports an error when stdout cannot be written."""
         return _reporting(super().get_help_option(ctx))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -92,20 +92,20 @@ class Group(TyperGroup):
 
 
 def _reporting(option: Any) -> Any:
-    """The option --help, with a callback that prints the page as other results are printed."""
+    """The option --help, with a callback that prints the page like any other result."""
     option.callback = _print_page
     return option
 
 
 def _print_page(ctx: Any, _option: Any, wanted: bool) -> None:
-    """Raises OutputError."""
-    if wanted and not ctx.resilient_parsing:  # of a shell that completes a line
+    """Print the help page and exit. Raises OutputError."""
+    if wanted and not ctx.resilient_parsing:  # true while a shell completes a line
         print_result(f"{ctx.get_help()}\n")
         ctx.exit()
 
 
 def _columns() -> int:
-    """The width of a page: that of the terminal, within limits."""
+    """The width of a page: the width of the terminal, within limits."""
     return min(max(shutil.get_terminal_size().columns, _NARROWEST), _WIDEST)
 
 
@@ -128,7 +128,7 @@ def _usage(params: Iterable[Any]) -> str:
 
 
 def _write_options(ctx: Any, formatter: Any, params: Iterable[Any]) -> None:
-    """Write arguments, then each group of options; an option without a group is one of the run."""
+    """Write arguments, then each group of options; an option without a group belongs to "Run"."""
     groups: dict[str, list[Any]] = {name: [] for name in ("Arguments", *GROUPS)}
     for param in params:
         if param.param_type_name == "argument":
@@ -179,7 +179,7 @@ def _zones() -> str:
     return join_words(KINDS["eyeshadow"].slots, "or")
 
 
-# What a word in braces stands for in a help text; only a help page loads the tables.
+# What a word in braces stands for in a help text. Only a help page loads the tables.
 _TABLES: dict[str, Callable[[], str]] = {
     "codecs": _codecs,
     "hardware": _hardware,
@@ -191,7 +191,7 @@ _TABLES: dict[str, Callable[[], str]] = {
 
 
 def _filled(text: str) -> str:
-    """A help text with the names of tables; other words in braces, such as {look}, stay."""
+    """Fill in the words in braces that name a table; other words in braces, as {look}, stay."""
     return re.sub(f"{{({'|'.join(_TABLES)})}}", lambda found: _TABLES[found[1]](), text)
 
 
@@ -202,7 +202,7 @@ def _write_examples(formatter: Any, command: Any) -> None:
 
 
 def _write_command_line(formatter: Any, line: str) -> None:
-    """Write a command line as it can be pasted; a backslash ends each line of a long one."""
+    """Write a command line that can be pasted; a long one is broken by backslashes."""
     indent = " " * formatter.current_indent
     written = ""
     for word in line.split(" "):

@@ -166,7 +166,7 @@ def _discard(line: str) -> None:
 
 
 def _first_look(choice: "Choice", base: "Look | None", preview: bool) -> "Look":
-    """The look to begin with; without any option that gives one, the page begins bare.
+    """The look to begin with; it is bare if no option gives a look and there is a page.
 
     Raises UsageError when there is neither a look nor a page to choose one on.
     """
@@ -217,9 +217,12 @@ class _Sound:
         self._opened_for: tuple[Path, int] | None = None
 
     def tap(self) -> "SoundTap | None":
-        """One output's end of the sound; None for none. Raises InputError, UsageError."""
+        """A tap that gives one output the sound; None if there is none.
+
+        Raises InputError, UsageError.
+        """
         camera = self._camera
-        # the page may choose another camera, or the same file again, which then begins anew
+        # The page may choose another camera, or the same file again, which then starts over.
         playing = None if camera.path is None else (camera.path, camera.changes)
         if self._is_open and self._opened_for == playing:
             tap = None if self._sound is None else self._sound.tap()
@@ -236,7 +239,7 @@ class _Sound:
 
 
 def _recording(camera: "CameraSwitch", sound: _Sound) -> "Recording":
-    """A recording that the page starts, in the folder where the command runs."""
+    """Begin a recording for the page, in the folder where the command runs."""
     from makeup_video.pipeline.files.output_file import part_path
     from makeup_video.pipeline.live.sinks.recording import Recording
 
@@ -255,9 +258,9 @@ def _recording(camera: "CameraSwitch", sound: _Sound) -> "Recording":
 def _opened_sound(
     camera: "CameraSwitch", name: str | None, log_line: Callable[[str], None]
 ) -> "LiveSound | None":
-    """The sound for the outputs; None for none. Raises InputError, UsageError.
+    """Open the sound for the outputs; None if there is none. Raises InputError, UsageError.
 
-    Without a name, a machine without a microphone gives no sound, and a line says so.
+    If no name is given and the machine has no microphone, one line logs that there is no sound.
     """
     from makeup_video.pipeline import InputError, UsageError
     from makeup_video.pipeline.live.sound import LiveSound, SoundSource
@@ -271,7 +274,7 @@ def _opened_sound(
         if source is None and name == "file":
             raise UsageError("--audio file needs a video with audio as --camera")
         if source is None:
-            return None  # the last line says so
+            return None  # the summary says so at the end
     else:
         try:
             source = Microphone(name, log_line)
@@ -289,8 +292,8 @@ def _opened_sound(
 def _run_until_it_ends(run: "LiveRun", quiet: bool) -> None:
     """Run until Ctrl-C, which is the usual end, or until the camera ends.
 
-    The last line is printed in any case, since a recording may hold what was painted until an
-    error. Raises typer.Exit with the exit code of the first output that failed, or never got a
+    The summary is logged even after an error, since a recording may hold what was painted until
+    then. Raises typer.Exit with the exit code of the first output that failed or never got a
     picture.
     """
     from makeup_video.cli.main import mark_output_whole
@@ -304,11 +307,11 @@ def _run_until_it_ends(run: "LiveRun", quiet: bool) -> None:
         except (StoppedError, KeyboardInterrupt):
             pass
         finally:
-            mark_output_whole()  # Ctrl-C again must not change the exit code
+            mark_output_whole()  # another Ctrl-C must not change the exit code
             if not quiet:
                 log(live_summary(run.figures(), time.monotonic() - began))
     if failures := run.failures:
-        if quiet:  # otherwise each was logged when it happened
+        if quiet:  # otherwise each failure was logged when it happened
             for error in failures:
                 log(error_line(error, "live"))
         raise typer.Exit(failures[0].exit_code)

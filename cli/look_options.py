@@ -31,12 +31,12 @@ LOOK_HELP = (
 
 
 def faces_meant(value: str | None) -> str | None:
-    """What a word for faces means: "biggest" is "largest"; other words stay as they are."""
+    """The standard word for a word about faces: "biggest" gives "largest"; other words stay."""
     return None if value is None else _FACES.get(value.strip().lower(), value)
 
 
 def ready_names(incomplete: str) -> list[str]:
-    """The ready looks that begin so, for a shell that completes a line."""
+    """The ready looks whose names begin with `incomplete`, for a shell that completes a line."""
     from makeup_video.pipeline import ready_looks
 
     return [one.name for one in ready_looks() if one.name.startswith(incomplete)]
@@ -44,7 +44,7 @@ def ready_names(incomplete: str) -> list[str]:
 
 @dataclass(frozen=True, kw_only=True)
 class _WholeLook:
-    """A look that other options change."""
+    """The options that give a whole look, which other options change."""
 
     ref: RefPhoto = None
     look: Annotated[
@@ -59,7 +59,7 @@ class _WholeLook:
 
 
 def _help_of_part(kind: "Kind") -> str:
-    """What a part's option takes, with an example of every word that this kind has."""
+    """The help text of a part's option, with an example that has every word this kind takes."""
     slot = next((dial.default for dial in kind.dials if dial.name == "slot"), None)
     words = [hex_of(kind.first_rgb), kind.first_finish, *([slot, "80%"] if slot else [])]
     layers = f"; up to {kind.most} layers, separated by commas" if kind.most > 1 else ""
@@ -67,7 +67,7 @@ def _help_of_part(kind: "Kind") -> str:
 
 
 def _part_option(kind: "Kind") -> tuple[str, Any, Any]:
-    """A field of options, which is the option of a part: its name, type and default."""
+    """The field of a dataclass for the option of a part: its name, type and default."""
     option = typer.Option(
         metavar=f"{COLOUR}[:WORD]", help=_help_of_part(kind), rich_help_panel=LOOK
     )
@@ -75,7 +75,7 @@ def _part_option(kind: "Kind") -> tuple[str, Any, Any]:
 
 
 def with_parts(whole: type) -> type:
-    """The options of a class of whole looks, and an option for every part."""
+    """A dataclass with the options of `whole` and an option for every part."""
     parts = map(_part_option, PARTS.values())
     return make_dataclass(
         f"{whole.__name__}Parts", parts, bases=(whole,), frozen=True, kw_only=True
@@ -83,10 +83,10 @@ def with_parts(whole: type) -> type:
 
 
 # A name in braces, such as {finishes}, stands for the names of a table. Only a help page loads the
-# tables, which would take every command 20 ms more.
+# tables, since loading them would cost every other command 20 ms.
 @dataclass(frozen=True, kw_only=True)
 class Changes:
-    """What changes a look, whom to paint, and on which device, as typed."""
+    """Options that change a look, choose the faces to paint and choose the device, as typed."""
 
     color: Annotated[
         str | None,
@@ -160,7 +160,7 @@ class Changes:
 
     @property
     def worn(self) -> dict[str, str]:
-        """What the options of the parts say, by part."""
+        """The texts given to the options of the parts, by part."""
         texts = {part: getattr(self, part) for part in PARTS}
         return {part: text for part, text in texts.items() if text is not None}
 
@@ -180,16 +180,16 @@ class Changes:
 
     @property
     def gives_makeup(self) -> bool:
-        """Whether there is something to paint even if the photo shows no makeup."""
+        """Whether options give makeup to paint even if the photo shows none."""
         return self.color is not None or bool(self.worn)
 
 
 @dataclass(frozen=True, kw_only=True)
 class LookOptions(Changes, with_parts(_WholeLook)):  # type: ignore[misc]
-    """The options of a command that paints one look; an option for every part."""
+    """The options of a command that paints one look, with an option for every part."""
 
     def base_look(self, quiet: bool) -> "Look | None":
-        """The look of --look or --ref, None when neither was given.
+        """The look of --look or --ref; None when neither was given.
 
         The look of a photo is logged in one line, unless quiet. Raises UsageError, LookError,
         InputError, PhotoError.
@@ -206,7 +206,7 @@ class LookOptions(Changes, with_parts(_WholeLook)):  # type: ignore[misc]
 
 
 def check_sources(look: str | None, ref: str | None) -> None:
-    """Raises UsageError for two looks, where one is painted."""
+    """Raises UsageError when both options are given, since only one look is painted."""
     from makeup_video.pipeline import UsageError
 
     if look is not None and ref is not None:
@@ -214,7 +214,7 @@ def check_sources(look: str | None, ref: str | None) -> None:
 
 
 def check_ref_face(face: str | None, photo: str | list[str] | None) -> None:
-    """Raises UsageError for the choice of a face without a photo."""
+    """Raises UsageError when a face is chosen but no photo is given."""
     from makeup_video.pipeline import UsageError
 
     if face is not None and not photo:
@@ -222,7 +222,7 @@ def check_ref_face(face: str | None, photo: str | list[str] | None) -> None:
 
 
 def check_photo(photo: str) -> None:
-    """Raises UsageError for the name of a look in place of a photo's."""
+    """Raises UsageError when a look is given in place of a photo."""
     from makeup_video.pipeline import UsageError
     from makeup_video.pipeline.look.ready import is_file
 
@@ -231,7 +231,7 @@ def check_photo(photo: str) -> None:
 
 
 def look_of_photo(photo: str, face: str, may_be_bare: bool, quiet: bool) -> "Look":
-    """The look of a photo, logged in one line, with how sure it is, unless quiet.
+    """The look of a photo. Unless quiet, one line logs the look and how certain it is.
 
     Raises UsageError, InputError, PhotoError.
     """
@@ -252,7 +252,7 @@ def look_of_photo(photo: str, face: str, may_be_bare: bool, quiet: bool) -> "Loo
 
 
 def log_changes(read: "Look", painted: "Look") -> None:
-    """Log what is painted in one line, where options change the look that was read."""
+    """Log the painted look in one line if options changed the look that was read."""
     from makeup_video.pipeline.look.finishes import look_in_words
 
     if painted != read:

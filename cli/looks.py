@@ -55,7 +55,7 @@ def looks(
 
 
 def _list(as_json: bool) -> str:
-    """The names of the ready looks and what they are, in lines or as JSON."""
+    """The names and descriptions of the ready looks, in lines or as JSON."""
     from makeup_video.pipeline import ready_looks
 
     ready = ready_looks()

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class _WholeLooks:
-    """Looks that other options change. Each look is painted into an output of its own."""
+    """The options that give whole looks, each painted into an output of its own."""
 
     ref: Annotated[
         list[str] | None,
@@ -80,10 +80,10 @@ class _WholeLooks:
 class WantedLook:
     """A look that the options ask for.
 
-    fields: its name, and what else a template of outputs may hold of it.
-    load(quiet): reads the look; the one of a photo is logged in one line, unless quiet.
-    check(): raises what `load` would, as far as that is known without reading a photo.
-    where: of a catalogue's row, its file and line.
+    fields: the values of the look for a template of outputs: its name, and more for some looks.
+    load(quiet): reads the look; the look of a photo is logged in one line, unless quiet.
+    check(): raises the errors of `load` that can be found without reading a photo.
+    where: the file and line of a catalogue's row; "" for other looks.
     """
 
     fields: dict[str, str]
@@ -93,12 +93,12 @@ class WantedLook:
 
     @property
     def called(self) -> str:
-        """What messages call it."""
+        """What messages call the look."""
         return self.where or self.fields.get("look", "")
 
 
 def _at_once(fields: dict[str, str], read: "Callable[[], Look]", where: str = "") -> WantedLook:
-    """A look of no photo: it is read, once, when it is checked or loaded."""
+    """A look from no photo: it is read only once, when it is first checked or loaded."""
     once = cache(read)
     return WantedLook(fields, lambda quiet: once(), once, where)
 
@@ -132,10 +132,10 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
         return [f"--{name}" for name in (*(["parts"] if self.parts else []), *bared)]
 
     def wanted(self, quiet: bool = False) -> list[WantedLook]:
-        """All looks, in the order --look, --ref, --looks, --catalogue; those of one name numbered.
+        """All looks, in the order --look, --ref, --looks, --catalogue; equal names get numbers.
 
-        Photos are not read before `load`. Rows that are left out are logged, unless quiet. Raises
-        UsageError, LookError, CatalogueError.
+        Photos are read only by `load`. Rows of the catalogue that are left out are logged, unless
+        quiet. Raises UsageError, LookError, CatalogueError.
         """
         from makeup_video.pipeline.look.named import numbered
         from makeup_video.pipeline.look.options import check_options
@@ -171,7 +171,7 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
             yield self._of_photo(str(path)) if is_photo(path) else self._of_file(str(path))
 
     def _in_folder(self) -> list[Path]:
-        """The look files and photos that --looks means."""
+        """The look files and photos that --looks finds."""
         from makeup_video.pipeline.look.named import look_files
 
         return [] if self.looks is None else look_files(self.looks)
@@ -234,9 +234,9 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
             yield _at_once(row.fields, partial(self._on_row, row, have_eyes), row.where)
 
     def _check_worn(self, rows: "Sequence[NamedLook]", quiet: bool) -> None:
-        """Log the rows that keep a part which an option gives, too, unless quiet.
+        """Unless quiet, log the rows that keep their own part although an option gives it, too.
 
-        Raises UsageError where every row gives that part: the option would change none of them.
+        Raises UsageError when every row gives that part: the option would change none of them.
         """
         from makeup_video.pipeline import UsageError
 
@@ -254,10 +254,10 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
                 )
 
     def _on_row(self, row: "NamedLook", have_eyes: bool) -> "Look":
-        """The look of a row with what the other options change; they chose its part already.
+        """The look of a row, changed by the other options; --parts was applied to it already.
 
         have_eyes: some row has eyeshadow, so options for eyeshadow leave the other rows alone.
-        An option that gives the row's own part, too, leaves that to the row: otherwise all rows for
+        An option for the part that the row itself gives does not change it: otherwise all rows for
         this part would look alike.
         """
         from makeup_video.pipeline.look.options import choose_look
@@ -265,7 +265,7 @@ class LooksOptions(Changes, with_parts(_WholeLooks)):  # type: ignore[misc]
         worn = {part: text for part, text in self.worn.items() if part not in _parts_of(row)}
         choice = replace(self.choice(), base=row.look, parts=None, worn=worn)
         if not choice.worn:
-            choice = replace(choice, finish=None)  # the row's look has it
+            choice = replace(choice, finish=None)  # the row's look has this finish already
         if have_eyes and not row.look.of("eyeshadow") and "eyes" not in choice.worn:
             choice = replace(choice, zone=None, intensity=None)
         return choose_look(choice)

@@ -16,12 +16,12 @@ _THREADS_END_SECONDS = 1.0
 _STOPPED = 130
 _UNWRITTEN = 4
 _COMPLETE = "_MAKEUP_VIDEO_COMPLETE"  # set by a shell that completes a line
-_came: list[int] = []  # signals to stop
-_whole: list[int] = []  # outputs that are whole
+_came: list[int] = []  # an entry for each signal to stop
+_whole: list[int] = []  # an entry for each output that is whole
 
 
 def main() -> None:
-    """Run the command line; every error is one line, without --debug never a traceback."""
+    """Run the command line; every error is one line, and only --debug shows a traceback."""
     _whole.clear()
     try:
         if "--debug" not in sys.argv:
@@ -30,15 +30,15 @@ def main() -> None:
         # playable part file
         _handle_stop_signals(_interrupt)
         gc.disable()  # while modules are loaded: see `seek_garbage`
-        # numpy would start threads that wait for work by spinning, and our matrices are small
+        # otherwise numpy starts threads that spin while they wait; our small matrices need none
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-        # for `_report_error`, while there is memory for it
+        # `_report_error` needs this module, and there may be no memory to load it later
         import makeup_video.pipeline.engine.out_of_memory  # noqa: F401
 
-        # Typer takes a tenth of a second: Ctrl-C in that time is handled here, too
+        # importing Typer takes a tenth of a second: Ctrl-C in that time is handled here, too
         from makeup_video.cli.app import app
 
-        if _came:  # a callback of Python's imports has swallowed the exception
+        if _came:  # a callback of Python's import system has swallowed the exception
             raise KeyboardInterrupt
         code = app(prog_name="makeup-video", standalone_mode=False) or 0
         if code == _STOPPED:
@@ -72,7 +72,7 @@ def _interrupt(*_: object) -> None:
 
 
 def _handle_stop_signals(handler: "Any") -> None:
-    """Set the handler of each signal that ends a run, but those ignored from the start (nohup)."""
+    """Set the handler of each signal that ends a run, except those ignored at start (nohup)."""
     from makeup_video.pipeline.engine.signals import stop_signals
 
     for number in stop_signals():
@@ -94,21 +94,22 @@ def _exit(code: int) -> "NoReturn":
     for thread in threading.enumerate():
         if thread is not threading.current_thread():
             thread.join(max(0.0, deadline - time.monotonic()))
-    # Python's own exit would wait for a thread, or free memory that it uses; to free all objects
-    # takes it 0.12 s. And after a Ctrl-C within `exec`, as while dataclasses are made, Python ends
-    # by the signal, whatever the exit code is. What its exit would have removed:
+    # Python's own exit is avoided. It would wait for a thread, or free memory that the thread uses,
+    # and it takes 0.12 s to free all objects. After a Ctrl-C within `exec`, as while a dataclass is
+    # made, it would even end by the signal, whatever the exit code is. So the files that Python's
+    # exit would remove are removed here.
     if cache := sys.modules.get("makeup_video.kernels.cache"):
         cache.give_back()
     if parts := sys.modules.get("makeup_video.pipeline.files.part_file"):
         parts.remove_empty()
     for stream in (sys.stdout, sys.stderr):
-        with contextlib.suppress(OSError, ValueError, AttributeError):  # it is closed
+        with contextlib.suppress(OSError, ValueError, AttributeError):  # the stream is closed
             stream.flush()
     os._exit(code)
 
 
 def _report_error(error: Exception) -> int:
-    """Log what went wrong in one line; returns the exit code for it."""
+    """Log the error in one line, and return its exit code."""
     if type(error).__name__ == "NoArgsIsHelpError":
         error.show()  # type: ignore[attr-defined]  # the help text, for a bare `makeup-video`
         return 2
@@ -121,7 +122,7 @@ def _report_error(error: Exception) -> int:
         import traceback
 
         traceback.print_exc()
-    # by name, since nothing may be imported when memory is short; OutputError: of a page of help
+    # compared by name, since memory may be too short for an import; a help page raises OutputError
     if (name := type(error).__name__) in ("TooLittleMemoryError", "OutputError"):
         log(f"{name}: {error}")
         return int(error.exit_code)  # type: ignore[attr-defined]
@@ -144,7 +145,7 @@ def _report_error(error: Exception) -> int:
 
 
 def _completion_line(error: Exception) -> str:
-    """What Typer's own code could not write for the completion of a shell; "" for other errors."""
+    """The message when Typer cannot write a shell's completion; "" for any other error."""
     is_install = "--install-completion" in sys.argv
     if not (is_install or "--show-completion" in sys.argv or _COMPLETE in os.environ):
         return ""

@@ -1,4 +1,4 @@
-"""Several looks of one video: progress, and what is said at the end."""
+"""Several looks of one video: the progress, and the lines at the end."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,9 +15,10 @@ if TYPE_CHECKING:
 
 
 def titled(on_progress: Any, source: str, names: Mapping[Path, str]) -> "LooksProgress | None":
-    """The callback of process_looks, for one that shows a title beside the frames.
+    """A progress callback for process_looks, which gives `on_progress` the looks as a title.
 
-    names: of the looks, by output.
+    on_progress: the callback that shows progress; None gives None.  names: the name of the look of
+    each output.
     """
     if on_progress is None:
         return None
@@ -30,10 +31,10 @@ def titled(on_progress: Any, source: str, names: Mapping[Path, str]) -> "LooksPr
 
 
 def print_outcomes(outcomes: "Sequence[tuple[str, Outcome]]", source: str, quiet: bool) -> None:
-    """Log every output and what is to be known of it; the warnings of all outputs only once.
+    """Log the size, the warnings or the error of every output; warnings of all outputs only once.
 
-    Raises typer.Exit: with exit code 5 when the input was damaged or some looks failed, with that
-    of the first error when all did.
+    Raises typer.Exit with exit code 5 when the input was damaged or some looks failed, or with the
+    exit code of the first error when all looks failed.
     """
     from makeup_video.pipeline import MakeupVideoError
     from makeup_video.pipeline.errors import EXIT_IN_PART
@@ -47,7 +48,7 @@ def print_outcomes(outcomes: "Sequence[tuple[str, Outcome]]", source: str, quiet
     for name, error in errors:
         log(f"{name}: {error_text(error)}")
     if reports and not quiet:
-        # looks of one pass have its seconds each
+        # each look of a pass has the seconds of the whole pass, which count once
         seconds = sum({one.seconds for _, one in reports})
         log(f"{len(reports)} of {len(outcomes)} looks of {source} in {seconds:.1f} s")
     if not reports:

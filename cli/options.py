@@ -23,7 +23,7 @@ OUTPUT, PAGE, RUN = "Output", "Page", "Run"
 GROUPS = (LOOK, FACES, CAMERA, VIDEO, MEASUREMENTS, OUTPUT, PAGE, RUN)
 
 PORT = 8760
-COLOUR = "COLOUR"  # begins the metavar of every option that takes one
+COLOUR = "COLOUR"  # begins the metavar of every option that takes a colour
 
 Source = Annotated[str, typer.Argument(metavar="IN", help="A video or a picture.")]
 RefPhoto = Annotated[
@@ -135,7 +135,7 @@ class ClusterOptions:
     ] = False
 
     def check(self) -> None:
-        """Raises UsageError for an option that needs a cluster, and there is none."""
+        """Raises UsageError when an option needs a cluster but --ray is missing."""
         from makeup_video.pipeline import UsageError
 
         if self.ship and self.ray is None:
@@ -143,7 +143,7 @@ class ClusterOptions:
 
     @contextmanager
     def workers(self, count: int | None) -> "Iterator[Sequence[Worker] | None]":
-        """So many workers of the cluster while the block lasts; None without --ray.
+        """Yield `count` workers of the cluster within the block; None without --ray.
 
         Raises InstallError without Ray, WorkerError without a cluster.
         """

@@ -1,4 +1,4 @@
-"""How every command ends: its lines on stderr and the documented exit code."""
+"""How every command ends: the lines on stderr and the documented exit code."""
 
 import traceback
 from collections.abc import Generator, Iterable, Sequence
@@ -24,7 +24,7 @@ _NAMES = {
     "minutes": "--length",
     "split_minutes": "--split",
 }
-_MOST_NAMES = 3  # of looks in a line
+_MOST_NAMES = 3  # in one line
 # What to do with a photo of several people in commands without --ref-face.
 _WITHOUT_CHOICE = {
     "demo": ", or leave --ref out, and drop the photo on the page, where a face is clicked",
@@ -39,9 +39,9 @@ def report_errors(
 ) -> Generator[None, None, None]:
     """Turn every error of the pipeline into one line and its exit code.
 
-    command: whose help page a usage error points to.  outputs: after Ctrl-C the line names the part
-    files of these, as far as there are any.  debug: print the traceback, too.
-    loads_more: the block loads many modules before it works, and then calls `seek_garbage` itself.
+    command: a usage error points to the help page of this command.  outputs: after Ctrl-C the line
+    names those part files of these outputs that exist.  debug: print the traceback, too.
+    loads_more: the block first loads many modules, and calls `seek_garbage` itself after that.
     """
     from makeup_video.pipeline import MakeupVideoError, SeveralFacesError, StoppedError
     from makeup_video.pipeline.engine.machine import seek_garbage
@@ -74,18 +74,18 @@ def error_line(error: "MakeupVideoError", command: str) -> str:
 
 
 def error_text(error: "MakeupVideoError") -> str:
-    """An error of the pipeline in one line, its options as they are typed."""
+    """An error of the pipeline in one line, with options as the user types them."""
     return f"{type(error).__name__}: {error.spelled(option_of_command)}"
 
 
 def with_help_pages(text: str, commands: Sequence[str]) -> str:
-    """A message, and the command lines that print the help of these commands."""
+    """A message, followed by the command lines that print the help of these commands."""
     sentence = text if text.endswith((".", "?", "!")) else f"{text}."
     return f"{sentence} See {join_words([f'{as_typed(name)} --help' for name in commands])}."
 
 
 def as_typed(command: str) -> str:
-    """A command as it is typed: the default command needs no name."""
+    """A command as the user types it: the default command needs no name."""
     return PROGRAM if command == DEFAULT else f"{PROGRAM} {command}"
 
 
@@ -103,7 +103,7 @@ def some_of(names: Sequence[str]) -> str:
 
 
 def option_of_command(name: str, value: str | None) -> str:
-    """An option as it is typed: `bit_depth`, "8" -> `--bit-depth 8`. A flag has no value."""
+    """An option as the user types it: `bit_depth`, "8" -> `--bit-depth 8`. A flag has no value."""
     flag = _NAMES.get(name, "--" + name.replace("_", "-"))
     return flag if value in (None, "True") else f"{flag} {value}"
 
@@ -137,7 +137,7 @@ def _can_inspect(photo: Path) -> bool:
 
 
 def settle_kernels(quiet: bool) -> None:
-    """Settle where compiled kernels are kept; log that they are lost after this run, if so."""
+    """Settle where compiled kernels are kept; log if they will be lost after this run."""
     from makeup_video.pipeline.render.opencl import lost_kernels
 
     line = lost_kernels()
@@ -146,7 +146,7 @@ def settle_kernels(quiet: bool) -> None:
 
 
 def print_summary(report: "Report", quiet: bool, more: str = "") -> None:
-    """Log what was lost or changed, and the last line.
+    """Log what was lost or changed, and then the summary.
 
     Raises typer.Exit with exit code 5 when the input was damaged; its warnings are logged even when
     quiet.

@@ -1,4 +1,4 @@
-"""Names of outputs that a template gives, and their folders."""
+"""The names that a template gives to outputs, and the folders of the outputs."""
 
 import contextlib
 import errno
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 def name_outputs(output: str, source: str, looks: Sequence[WantedLook]) -> list[str]:
     """The name of the output of each look.
 
-    A name without braces is taken as it is. Raises UsageError for a template that does not fit, and
-    for outputs of one name.
+    The output of a single look keeps a name without braces as it is. Raises UsageError for a
+    template that does not fit, and for two outputs with the same name.
     """
     from makeup_video.pipeline.files.output_file import check_apart
     from makeup_video.pipeline.files.template import Origin
@@ -33,7 +33,7 @@ def name_outputs(output: str, source: str, looks: Sequence[WantedLook]) -> list[
 
 
 def template_for(output: str, looks: int) -> "Template":
-    """The template of outputs. Raises UsageError for one that gives several looks one name."""
+    """The template of outputs. Raises UsageError if it would give several looks the same name."""
     from makeup_video.pipeline import UsageError
     from makeup_video.pipeline.files.template import OF_LOOKS, Template
 
@@ -47,14 +47,14 @@ def template_for(output: str, looks: int) -> "Template":
 
 
 def fields_of(path: Path) -> dict[str, str]:
-    """What a template of outputs may hold of an input."""
+    """The values of an input that a template of outputs may contain."""
     folder = path.absolute().parent.name
     return {"name": path.stem, "folder": folder, "ext": _written_as(path)}
 
 
 def _written_as(path: Path) -> str:
-    """The extension of the output for an input: its own, or jpg or mp4 for kinds that are read, and
-    never written. Only the file tells an animated PNG, which is a video, from a picture."""
+    """The extension of an input's output: the input's own, or jpg or mp4 if that kind of file is
+    only read, never written. An animated PNG counts as a video, which only its content shows."""
     from makeup_video.pipeline.files.endings import PHOTOS
     from makeup_video.pipeline.images.picture_file import WRITERS
     from makeup_video.pipeline.media.codecs import CONTAINERS
@@ -72,7 +72,7 @@ def _is_still(png: Path) -> bool:
 
     try:
         return is_picture(local_file(png))
-    except InputError:  # which its own job reports
+    except InputError:  # the job of this input reports the error
         return True
 
 
@@ -84,9 +84,9 @@ def _with_look(output: str) -> str:
 
 
 class NewFolders:
-    """Makes folders of outputs whose names come from a template.
+    """Makes the folders of outputs whose names come from a template.
 
-    Those that are empty when the block ends with an error are removed again.
+    If the block ends with an error, the new folders that are empty are removed again.
     """
 
     def __init__(self) -> None:
@@ -111,6 +111,6 @@ class NewFolders:
                 try:
                     folder.mkdir(parents=True, exist_ok=True)
                 except OSError as error:
-                    if error.errno != errno.ENAMETOOLONG:  # such an output fails alone
+                    if error.errno != errno.ENAMETOOLONG:  # only the output of this name fails
                         raise
                 self._made += [one for one in reversed(missing) if os.path.exists(one)]

@@ -89,10 +89,10 @@ class OutputOptions:
         jobs: int | None = None,
         on_whole: "Callable[[], None] | None" = None,
     ) -> "Settings":
-        """The settings of a run; look: the options that name faces and device.
+        """The settings of a run.
 
-        split: minutes of a segment.  jobs: how many segments are painted at once.
-        Raises UsageError.
+        look: the options that name faces and device.  split: minutes of a segment.  jobs: how many
+        segments are painted at once.  Raises UsageError.
         """
         from makeup_video.pipeline import Settings
 
@@ -109,7 +109,7 @@ class OutputOptions:
             sdr=self.sdr,
             faces=look.faces,
             compare=self.compare,
-            split_minutes=split,  # type: ignore[arg-type]  # taken by its decimals
+            split_minutes=split,  # type: ignore[arg-type]  # Settings makes it an exact fraction
             jobs=jobs,
             device=look.device,
             on_whole=on_whole,

@@ -1,4 +1,4 @@
-"""Values of options that are plain text or numbers, so that such a run need not load pydantic."""
+"""Converts options that are plain text or numbers without pydantic, whose import takes time."""
 
 import re
 from collections.abc import Callable
@@ -11,18 +11,18 @@ _NUMBERS = {
 
 
 class PlainValues:
-    """Makes the value of one option, in place of Typer's converter.
+    """Converts the value of one option, in place of Typer's converter.
 
-    Typer converts all values by pydantic, whose import takes 60 ms, even those of options that are
-    not given. Here only what is neither text nor a plain number goes there.
-    typers: gives Typer's converter of the option.
+    Typer converts all values with pydantic, even those of options that are not given. Importing
+    pydantic takes 60 ms. This class leaves to Typer only values that are neither text nor a plain
+    number.  typers: returns Typer's converter of the option.
     """
 
     def __init__(self, typers: Callable[[], Any]) -> None:
         self._typers = typers
 
     def __call__(self) -> "PlainValues":
-        """In place of the option's `get_runtime_param`."""
+        """Called in place of the option's `get_runtime_param`."""
         return self
 
     def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
@@ -42,7 +42,10 @@ class PlainValues:
 
 
 def take_plain_values(params: list[Any]) -> None:
-    """Convert plain values of these parameters without pydantic; does nothing to other Typers'."""
+    """Convert plain values of these parameters without pydantic.
+
+    Does nothing under a version of Typer whose parameters have no `get_runtime_param`.
+    """
     for param in params:
         typers = getattr(param, "get_runtime_param", None)
         if typers is not None and not isinstance(typers, PlainValues):

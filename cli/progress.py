@@ -27,7 +27,7 @@ def _has_terminal() -> bool:
 
 
 class _Terminal:
-    """stderr as rich writes on it. When the terminal is closed, the work goes on."""
+    """stderr, for rich to write on. When the terminal is closed, the work goes on."""
 
     def __init__(self, stream: IO[str]) -> None:
         self._stream, self._is_open = stream, True
@@ -53,9 +53,9 @@ class _Terminal:
 
 @contextmanager
 def show_progress(quiet: bool) -> Generator[Any, None, None]:
-    """Yield the progress callback of process_video, or None when quiet.
+    """Yield the progress callback for process_video, or None when quiet.
 
-    The callback takes a title, too, which is shown before the frames.
+    The callback also takes a title, which is shown before the number of frames.
     """
     if quiet:
         yield None
@@ -91,7 +91,7 @@ class _PlainLines:
 
 
 class _Bar:
-    """A rich bar, built at the first call so that importing rich delays no frame."""
+    """A progress bar by rich, made at the first call, so that importing rich delays no frame."""
 
     def __init__(self) -> None:
         self.bar: Any = None
@@ -140,7 +140,7 @@ class _Bar:
 
 
 def progress_text(done: int, expected: int | None, rate: Fraction, seconds: float) -> str:
-    """Frames, frames/s, times real time and time left, in one line."""
+    """Frames, frames/s, speed as a multiple of real time, and the time left, in one line."""
     fps = done / seconds if seconds else 0.0
     total = f"/{expected}" if expected else ""
     text = f"{done}{total} frames, {fps:.0f} fps, {fps / rate:.1f}x real time"
@@ -154,7 +154,7 @@ def progress_text(done: int, expected: int | None, rate: Fraction, seconds: floa
 def show_batch(quiet: bool) -> Generator[tuple[Callable[[str], None], Callable[[str], None]]]:
     """Yield two functions for a batch: one logs a line that stays, one shows the work in hand.
 
-    The work in hand is a line that changes on a terminal, a line every few seconds elsewhere.
+    On a terminal the work in hand is one line that changes, elsewhere a line every few seconds.
     """
     if quiet:
         yield (lambda text: None), (lambda text: None)
@@ -191,7 +191,7 @@ def _rich_text(text: str) -> Any:
 
 @contextmanager
 def show_steps() -> Generator[Callable[[str], None], None, None]:
-    """Yield the log of a long job's steps: one line that changes on a terminal, lines elsewhere."""
+    """Yield a log for the steps of a long job: on a terminal one line that changes, else lines."""
     if not _has_terminal():
         yield log
         return
@@ -201,7 +201,7 @@ def show_steps() -> Generator[Callable[[str], None], None, None]:
 
 @contextmanager
 def show_live(quiet: bool) -> Generator[Any, None, None]:
-    """Yield a callback that shows a live run's figures: a line that changes, on a terminal only."""
+    """Yield a callback that shows a live run's figures in one line, which only a terminal shows."""
     if quiet or not _has_terminal():
         yield lambda figures: None
         return
@@ -210,7 +210,7 @@ def show_live(quiet: bool) -> Generator[Any, None, None]:
 
 
 def live_text(figures: "LiveFigures") -> str:
-    """Frames/s, delay, dropped frames and notices, in one line."""
+    """Frames/s, latency, dropped frames and notices, in one line."""
     if figures.latency_ms is None:
         return figures.notice or "waiting for the first frame"
     parts = [f"{figures.fps:.0f} fps", f"latency {figures.latency_ms:.0f} ms"]
@@ -220,7 +220,7 @@ def live_text(figures: "LiveFigures") -> str:
 
 
 def live_summary(figures: "LiveFigures", seconds: float) -> str:
-    """The last line: pictures painted, and what each output got of them."""
+    """The summary in one line: how many pictures were painted, and how many each output got."""
     from makeup_video.pipeline.offline.report import frames_in_words
 
     fps = figures.pictures / seconds if seconds else 0.0

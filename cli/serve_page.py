@@ -25,7 +25,7 @@ def serve_page(
     """Serve the page within the block and open a browser.
 
     log_line: gets the address, and a warning when other machines can reach the page.  Raises
-    UsageError when the page cannot be served at this address; InputError, InstallError and
+    UsageError when the page cannot be served at this address, and InputError, InstallError or
     OutputError when there is no certificate for HTTPS.
     """
     from makeup_video.pipeline.engine.signals import undisturbed
@@ -52,7 +52,7 @@ def serve_page(
 
 
 def _tls(options: PageOptions) -> ssl.SSLContext | None:
-    """The certificate for HTTPS; None for HTTP."""
+    """The TLS context with the certificate for HTTPS; None for HTTP."""
     from makeup_video.pipeline import UsageError
     from makeup_video.web.certificate import load_context, own_certificate
 
@@ -64,7 +64,7 @@ def _tls(options: PageOptions) -> ssl.SSLContext | None:
 
 
 def _who_sees(address: str, url: str) -> str:
-    """The warning for a page that other machines reach, with an address for them.
+    """The warning that other machines can reach the page, with the address that they can use.
 
     address: the IP address where the page is served.
     """

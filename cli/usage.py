@@ -1,4 +1,4 @@
-"""Usage errors in one line: what is wrong, what was meant, which help to read."""
+"""Usage errors in one line: what is wrong, what the user meant, which help to read."""
 
 import os
 import re
@@ -11,16 +11,16 @@ from makeup_video.cli.options import COLOUR, DEFAULT
 from makeup_video.cli.outcome import as_typed, join_words, with_help_pages
 from makeup_video.pipeline.errors import closest
 
-_FEW = 3  # commands that a message names
+_FEW = 3  # commands that a message names at most
 _GIVEN_ONCE = {"--look": "one look", "--ref": "one look", "--faces": "one choice of faces"}
-# by the first word of the type of pydantic's error
+# by the first word of the type of a pydantic error
 _KINDS = {"int": "a whole number", "float": "a number"}
 
 
 def check_colours(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
-    """Raise a usage error for a colour's option without a value, or before another option.
+    """Raise a usage error when no value follows a colour option, at the end or before an option.
 
-    A # that is not quoted begins a comment, so the shell leaves the colour out.
+    The shell takes an unquoted # for the start of a comment, and drops the colour.
     """
     colours = {name for param in params if _takes_colour(param) for name in param.opts}
     for at, word in enumerate(args):
@@ -31,12 +31,12 @@ def check_colours(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
 
 
 def check_given_once(ctx: Any, params: Iterable[Any], args: Sequence[str]) -> None:
-    """Raise a usage error where a look, or whose face wears it, is given several times to a command
-    that takes one: the last one would count, and another face would be painted.
+    """Raise a usage error when --look, --ref or --faces is repeated for a command that takes one.
 
-    Of other options the last one counts, as people expect who add options to those of a script.
+    Otherwise only the last value would count, and the wrong look or face would be painted. For all
+    other options the last value counts, as people expect who add options to those of a script.
     """
-    if ctx.resilient_parsing:  # of a shell that completes a line
+    if ctx.resilient_parsing:  # true while a shell completes a line
         return
     args = args[: args.index("--")] if "--" in args else args
     single = {name for param in params if not param.multiple for name in param.opts}
@@ -53,8 +53,8 @@ def _takes_colour(param: Any) -> bool:
 def usage_line(error: Any) -> str:
     """The line for one of Typer's usage errors.
 
-    A mistyped option comes with the one that was meant; an option of other commands with those
-    commands.
+    For a mistyped option the line names the option that was meant; for an option of other commands
+    it names those commands.
     """
     ctx = getattr(error, "ctx", None)
     command = ctx.command.name if ctx and ctx.parent else DEFAULT
@@ -64,7 +64,7 @@ def usage_line(error: Any) -> str:
 
 
 def _message(error: Any) -> str:
-    """What is wrong, in our words; in Typer's where the error is of no known kind."""
+    """What is wrong, in our words; in Typer's words for an error of any other kind."""
     kind, typers = type(error).__name__, " ".join(error.format_message().split())
     param = getattr(error, "param", None)
     if kind == "MissingParameter" and param is not None:
@@ -118,7 +118,7 @@ def _unknown_option(option: str, ctx: Any, command: str) -> tuple[str, list[str]
     if owners:
         return f"{text}: it is an option of {join_words([*map(as_typed, owners)])}", owners
     params = ctx.command.get_params(ctx)
-    if command == DEFAULT:  # its page lists the options of the group, too
+    if command == DEFAULT:  # the page of this command lists the options of the group, too
         params += ctx.find_root().command.params
     names = {name.lstrip("-"): name for name in _options(params)}
     meant = closest(option.lstrip("-"), names)  # with hyphens, --foo would be close to --look

@@ -1,17 +1,17 @@
 """makeup-video: paint the makeup of a reference photo on every frame of a video.
 
-The public names are those of `makeup_video.pipeline`; each is loaded when it is first asked for.
+The public names are those of `makeup_video.pipeline`. Each name is loaded when it is first used.
 """
 
-TYPE_CHECKING = False  # type checkers take it for true; `typing` takes 2 ms to import
+TYPE_CHECKING = False  # type checkers take this for True; importing `typing` would take 2 ms
 if TYPE_CHECKING:
     from makeup_video.pipeline import *
 
     __version__: str
-else:  # hidden from type checkers, which would take any name for one of the module's
+else:  # hidden from type checkers, which would accept any name as an attribute of this module
 
     def __getattr__(name: str) -> object:
-        # Both modules are imported late, or every start of the command would wait for them.
+        # Both modules are imported late; otherwise every start of the command would wait for them.
         if name == "__version__":
             from importlib.metadata import version
 
@@ -19,7 +19,7 @@ else:  # hidden from type checkers, which would take any name for one of the mod
         elif name == "__all__" or not name.startswith("_"):
             from importlib import import_module
 
-            public = import_module("makeup_video.pipeline")  # sets `pipeline`
+            public = import_module("makeup_video.pipeline")  # also sets the attribute `pipeline`
             if name in ("__all__", *public.__all__):
                 globals()[name] = getattr(public, name)
         if name not in globals():

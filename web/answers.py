@@ -1,4 +1,4 @@
-"""What the server answers to requests: JSON texts; and what it reads from their bodies."""
+"""The JSON texts that the server answers with, and the look that it reads from a request's body."""
 
 import base64
 import json
@@ -14,19 +14,19 @@ from makeup_video.pipeline.look.strict_json import read_json
 from makeup_video.web.session import SeveralFaces
 from makeup_video.web.upload import without_controls
 
-MOST_SHADES = 2000  # that a page shows; a browser keeps 5 MB of a site at most
+MOST_SHADES = 2000  # of a catalogue on the page; a browser stores at most 5 MB for a site
 
 
 def ready_looks_message(looks: Iterable[ReadyLook]) -> str:
-    """Write the answer of /looks: a list of objects with name, words and look."""
+    """Write the answer of /looks: a list of objects with `name`, `words` and `look`."""
     return json.dumps([one.to_dict() for one in looks])
 
 
 def several_faces_message(name: str, photo: SeveralFaces) -> str:
     """Write the answer of /photo where a face must be chosen.
 
-    It has error, picture (a JPEG in Base64) and faces: objects with number and left, top, width
-    and height, as shares of the picture.
+    Its fields are `error`, `picture` (a JPEG in Base64) and `faces`: objects with `number`, `left`,
+    `top`, `width` and `height`, the last four as shares of the picture.
     """
     keys = "left", "top", "width", "height"
     return json.dumps(
@@ -42,9 +42,9 @@ def several_faces_message(name: str, photo: SeveralFaces) -> str:
 
 
 def shades_message(name: str, data: bytes) -> str:
-    """Write the answer of /shades: {name, shades}, each with a title, hex and its parts.
+    """Write the answer of /shades: {name, shades}, where each shade has `title`, `hex` and `parts`.
 
-    Raises CatalogueError, which names the file, its line and the fault.
+    Raises CatalogueError, which names the file, the line and the fault.
     """
     shades: list[dict[str, Any]] = []
     for row in rows_in(data, name):

@@ -47,7 +47,7 @@ _KINDS = {
     ".svg": "image/svg+xml",
     ".jpg": "image/jpeg",
 }
-_STATUS = {  # of answers that tell an error
+_STATUS = {  # of answers that report an error
     InputError: 422,
     CatalogueError: 422,
     LookError: 400,
@@ -55,7 +55,7 @@ _STATUS = {  # of answers that tell an error
     StoppedError: 503,
 }
 _JSON = "application/json"
-_CATALOGUE_BYTES = 4_000_000  # the largest catalogues have some thousand rows of 100 bytes
+_CATALOGUE_BYTES = 4_000_000  # the largest catalogues have a few thousand rows of 100 bytes
 _TRY_AGAIN_LATER = 1013  # close codes of a WebSocket, RFC 6455
 _GOING_AWAY = 1001
 Log = Callable[[str], None]
@@ -140,7 +140,8 @@ class Endpoints:
         if isinstance(read, SeveralFaces):
             return Response(several_faces_message(name, read), 409, media_type=_JSON)
         look = replace(read.look, strength=room.session.look.strength)
-        room = self._rooms.find(room.session.name) or room  # all pages may have left and returned
+        # while the photo was read, all pages may have left and returned to a new room
+        room = self._rooms.find(room.session.name) or room
         room.change(look, replace(read, look=look))
         return JSONResponse({"name": name, "look": look.to_dict(), "words": read.words})
 
@@ -165,20 +166,20 @@ class Endpoints:
         return Response(data, media_type="image/jpeg")
 
     async def recording(self, request: Request) -> Response:
-        """Start a recording, with `on=1`, or stop it: for the user of this machine alone."""
+        """Start a recording (`on=1`) or stop it. Only the user of this machine may do this."""
         room = self._room_of_owner(request)
         on = request.query_params.get("on") == "1"
         await self._slow_jobs.run_on_device(lambda: room.session.record(on))
         return JSONResponse({"on": on})
 
     async def cameras(self, request: Request) -> Response:
-        """List the cameras and sizes that a page may choose, for the user of this machine alone."""
+        """List the cameras and sizes to choose from; only the user of this machine gets them."""
         session, is_owner = self._room(request).session, is_this_machine(request.scope)
         choices = await self._choices.run(request, session.cameras) if is_owner else {}
         return JSONResponse({"is_owner": is_owner, **choices})
 
     async def choose_camera(self, request: Request) -> Response:
-        """Use another camera or size: for the user of this machine alone."""
+        """Use another camera or size. Only the user of this machine may do this."""
         room = self._room_of_owner(request)
         name, size = (request.query_params.get(key, "") for key in ("name", "size"))
         await self._slow_jobs.run_on_device(lambda: room.session.choose_camera(name, size))
@@ -187,12 +188,12 @@ class Endpoints:
         return JSONResponse({"is_owner": True, **choices})
 
     async def picture(self, request: Request) -> Response:
-        """Serve the newest picture in full size, as PNG; with `both`, beside the one before."""
+        """Serve the newest picture in full size as PNG; with `both`, before and after makeup."""
         room, both = self._room(request), "both" in request.query_params
         headers = {"content-disposition": 'attachment; filename="makeup.png"'}
         if not room.session.has_picture:
             raise HTTPException(404, "there is no picture yet")
-        if request.method == "HEAD":  # its length is not worth the work
+        if request.method == "HEAD":  # painting the picture only for its length is not worth it
             head = Response(media_type="image/png", headers=headers)
             del head.headers["content-length"]
             return head
@@ -213,14 +214,14 @@ class Endpoints:
         return Response(ready_looks_message(ready_looks()), media_type=_JSON)
 
     async def look_thumbnail(self, request: Request) -> Response:
-        """Serve the portrait of a session with the look of the request's body on, a small JPEG."""
+        """Serve the session's portrait with the look from the request's body, as a small JPEG."""
         room = self._room(request)
         look = look_in(bytes(await read_body(request, LOOK_BYTES, "the look")))
         data = await self._thumbnails.run(request, lambda: room.session.thumbnail(look))
         return Response(data, media_type="image/jpeg")
 
     def _room_of_owner(self, request: Request) -> Room:
-        """The room of a page that is shown on this machine: others may not use its camera."""
+        """The room of a page on this machine. Pages on other machines may not use the camera."""
         room = self._room(request)
         if not is_this_machine(request.scope):
             raise HTTPException(403, "only a page on the machine of the camera may do this")
@@ -259,7 +260,7 @@ async def _listen(socket: WebSocket, room: Room, viewer: Viewer) -> None:
 
 
 def _file(name: str) -> Response:
-    """Serve a file of the page by its bare name, so that no other file can be reached."""
+    """Serve a file of the page by its bare name, so that no file outside its folder is served."""
     path = next((path for path in PAGE.iterdir() if path.name == name and path.is_file()), None)
     if path is None:
         raise HTTPException(404, "there is no such file")
@@ -285,6 +286,6 @@ async def _http_error(_request: Request, error: Exception) -> Response:
 
 
 async def _expected_error(_request: Request, error: Exception) -> Response:
-    """Answer with the one line of the error that the command would print."""
+    """Answer with the one line that the command would print for this error."""
     status = next((code for kind, code in _STATUS.items() if isinstance(error, kind)), 500)
     return _error(status, str(error))

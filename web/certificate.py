@@ -1,8 +1,8 @@
 """The certificate of the page over HTTPS: the user's own, or one that this machine makes once.
 
-Browsers give a page H.264, a camera and more only over HTTPS, or on the machine itself. They
-trust no certificate that a machine made for itself, and say so once; the traffic is encrypted
-all the same.
+Browsers let a page use H.264, a camera and more only over HTTPS, or on the machine itself. They
+do not trust a certificate that a machine made for itself, and warn about it once. The traffic is
+encrypted all the same.
 """
 
 import contextlib
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 
 Address = IPv4Address | IPv6Address
 _VALID = dt.timedelta(days=397)  # the longest time that all browsers accept
-_RENEWED = dt.timedelta(days=7)  # before it ends
-_EARLIER = dt.timedelta(days=1)  # it begins, for machines whose clocks are behind
+_RENEWED = dt.timedelta(days=7)  # the certificate is renewed so long before it ends
+_EARLIER = dt.timedelta(days=1)  # it is valid from a day ago, for machines whose clocks are behind
 _NAME = "makeup-video"
-_FILE = "page-certificate.pem"  # holds the key, too: both are always of one making
-_ANYWHERE = "192.0.2.1"  # an address for documentation, RFC 5737
+_FILE = "page-certificate.pem"  # holds the key, too, so that both always belong together
+_ANYWHERE = "192.0.2.1"  # an address that RFC 5737 reserves for documentation
 
 
 def load_context(certificate: str | os.PathLike[str], key: str | None = None) -> ssl.SSLContext:
     """Read a certificate with its chain, and its key, from PEM files.
 
-    key: None where `certificate` holds the key, too. Raises InputError, one line.
+    key: None if the file `certificate` holds the key, too. Raises InputError with one line.
     """
     for name in (certificate, key):
         if name is not None and not Path(name).is_file():
@@ -54,16 +54,16 @@ def load_context(certificate: str | os.PathLike[str], key: str | None = None) ->
 
 
 def _no_password() -> str:
-    """Without this, OpenSSL asks on the terminal."""
+    """Refuse a key with a password; without this function OpenSSL would ask on the terminal."""
     raise ValueError("the key has a password")
 
 
 def own_certificate(host: str, folder: Path | None = None) -> Path:
-    """Return the file of this machine's certificate, which is made where it is missing or old.
+    """Return the file of this machine's certificate, which is made anew if it is missing or old.
 
-    host: as given to --host; the certificate names it.  folder: where the file is kept; default:
-    the user's folder for data. Only the user can read the file. Raises InstallError without
-    `cryptography`, OutputError when the file cannot be written.
+    host: as given to --host; the certificate names this host.  folder: where the file is kept;
+    default: the user's folder for data. Only the user can read the file. Raises InstallError
+    without `cryptography`, OutputError when the file cannot be written.
     """
     try:
         import cryptography  # noqa: F401
@@ -91,7 +91,7 @@ def lan_address() -> str | None:
     """The address by which other machines most likely reach this one; None without a network."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as unused:
         try:
-            unused.connect((_ANYWHERE, 9))  # chooses a way out; nothing is sent
+            unused.connect((_ANYWHERE, 9))  # only chooses the network to use; nothing is sent
             address: str = unused.getsockname()[0]
         except OSError:
             return None
@@ -105,7 +105,7 @@ def _data_folder() -> Path:
         base = str(Path.home() / "Library" / "Application Support")
     else:
         base = os.environ.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
-    if not Path(base).is_absolute():  # of a user without a home
+    if not Path(base).is_absolute():  # the user has no home folder
         raise UsageError(
             f"there is no folder to keep a certificate in: give {option('certificate')} and "
             f"{option('key')}"
@@ -114,21 +114,21 @@ def _data_folder() -> Path:
 
 
 def _names(host: str) -> tuple[set[str], set[Address]]:
-    """The names and addresses by which browsers may ask for the page, as of same_origin.py."""
+    """The names and addresses by which browsers may ask for the page; see same_origin.py."""
     names = {"localhost"}
     addresses = {ip_address("127.0.0.1"), ip_address("::1")}
     for one in filter(None, (host.lower(), lan_address())):
         try:
-            addresses.add(ip_address(one.partition("%")[0]))  # without the scope of IPv6
+            addresses.add(ip_address(one.partition("%")[0]))  # without the scope of an IPv6 address
         except ValueError:
-            if is_name(one):  # not "*" or "0"
+            if is_name(one):  # "*" and "0" are not names
                 names.add(one.removesuffix("."))
     addresses -= {ip_address("0.0.0.0"), ip_address("::")}
     return {name for name in names if name.isascii()}, addresses
 
 
 def _is_good(file: Path, names: set[str], addresses: set[Address]) -> bool:
-    """Whether the file is private, names all of these, and stays valid for a while."""
+    """Whether the file is private, and its certificate names all of these and stays valid."""
     from cryptography import x509
 
     try:
@@ -158,7 +158,7 @@ def _alternatives(certificate: "Certificate") -> set[str | Address]:
 
 
 def _made(names: set[str], addresses: set[Address]) -> bytes:
-    """A new key and its certificate, signed by itself, as PEM."""
+    """A new key and its self-signed certificate, as PEM."""
     from cryptography import x509
     from cryptography.hazmat.primitives import hashes, serialization
     from cryptography.hazmat.primitives.asymmetric import ec
@@ -195,7 +195,8 @@ def _now() -> dt.datetime:
 
 
 def _write_private(file: Path, data: bytes) -> None:
-    """Write a file that only the user can read, in one step: another run may read it now."""
+    """Write a file that only the user can read. Another run, which may be reading, never sees half
+    a file: the new file replaces the old one in one step."""
     part = file.with_name(f"{file.name}.{os.getpid()}.part")
     with contextlib.suppress(FileNotFoundError):
         part.unlink()

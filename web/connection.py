@@ -14,42 +14,44 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.frames import Frame
 
 # How long a request's header may take, from the start of the connection or from the last response.
-# A waiting connection occupies one of the few that the server accepts.
+# The server accepts only a few connections, and a waiting one counts among them.
 _HEADER_SECONDS = 10.0
-# One message, and unread answers to pings. The largest pictures have 10 MB, with the one before.
+# One message, and unread answers to pings. The largest pictures, with and without makeup, have
+# 10 MB together.
 _MOST_BYTES = 32_000_000
-# Parts of a message: they may be empty, and then no limit on bytes ends them.
+# Parts of a message. Parts may be empty, and a limit on bytes would never end a series of those.
 _MOST_PARTS = 1024
-# Bytes read from a WebSocket at once: a look or two, or hundreds of the smallest WebSocket frames
-# (20 ms of work).
+# Bytes read from a WebSocket at once: one or two looks, or hundreds of the smallest WebSocket
+# frames (20 ms of work).
 _READ_BYTES = 4096
-# After each read the socket pauses nine times as long as the read took, so that a flood gets a
-# tenth of a core. Long messages cost more to handle than to read, hence the limit in bytes.
+# After each read the socket pauses nine times as long as the read took, so that a flood of messages
+# uses a tenth of a core. Long messages cost more to handle than to read, so a second limit counts
+# bytes.
 _REST = 9.0
 _BYTES_A_SECOND = 2_000_000
-_STUCK = 5  # times that the limit for a header may pass while none of a response is sent
+_STUCK = 5  # how often in a row the timer may end before the system takes more of a response
 
 
 class ListeningSocket(socket.socket):
-    """A listening socket that closes what connects beyond `most` open connections.
+    """A listening socket that keeps at most `most` connections open, and closes all further ones.
 
-    uvicorn counts only connections that have sent a request, so idle ones, or TLS handshakes that
-    never end, would take all file descriptors of the run. It counts only under a loop that accepts
-    by it, as a SelectorEventLoop does.
+    uvicorn counts only connections that have sent a request. Idle connections, or TLS handshakes
+    that never end, would otherwise take all file descriptors of the run. The limit holds only under
+    an event loop that calls `accept` of this socket, as a SelectorEventLoop does.
     """
 
     most = 160
 
     def __init__(self, family: int, fileno: int) -> None:
-        """Take over a listening socket of TCP."""
-        # asyncio sends without delay (TCP_NODELAY) where a socket names its protocol, and accepted
-        # sockets take it over. Otherwise the kernel may hold back the end of a picture, until the
-        # page acknowledges what came before: up to 40 ms.
+        """Take over a listening TCP socket."""
+        # asyncio sends without delay (TCP_NODELAY) if a socket names its protocol, and accepted
+        # sockets inherit the protocol. Otherwise the kernel may hold back the end of a picture for
+        # up to 40 ms, until the page acknowledges the bytes before it.
         super().__init__(family, socket.SOCK_STREAM, socket.IPPROTO_TCP, fileno)
         self._accepted: WeakSet[socket.socket] = WeakSet()
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """Accept a connection. Raises ConnectionAbortedError, which asyncio passes over."""
+        """Accept a connection. Raises ConnectionAbortedError, which asyncio ignores."""
         connection, address = super().accept()
         if sum(one.fileno() >= 0 for one in self._accepted) >= self.most:
             connection.close()
@@ -62,8 +64,8 @@ class Requests(H11Protocol):
     """HTTP that aborts a connection when a request's header does not arrive in time."""
 
     _waiting: asyncio.TimerHandle | None = None
-    _unsent = 0  # bytes of the last response, when the timer was started
-    _stuck = 0  # how often in a row none of them had been taken when it ended
+    _unsent = 0  # bytes of the last response that were unsent when the timer was started
+    _stuck = 0  # how often in a row the timer ended before the system took any of these bytes
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -84,7 +86,7 @@ class Requests(H11Protocol):
     def _wait_or_not(self) -> None:
         """Start or stop the timer.
 
-        A request that is being answered, and a WebSocket, have no limit. A running timer is never
+        A request that is being answered has no limit, nor has a WebSocket. A running timer is never
         restarted, so a trickle of bytes does not extend the time.
         """
         is_answering = self.cycle is not None and not self.cycle.response_complete
@@ -102,7 +104,7 @@ class Requests(H11Protocol):
         """Abort, unless the last response is still on its way over a slow network."""
         unsent = self.transport.get_write_buffer_size()
         self._stuck = self._stuck + 1 if unsent >= self._unsent else 0
-        # the system takes more only once it has sent a megabyte or so
+        # A few such ends are normal: the system takes more only after it sent about a megabyte.
         if self._stuck and (not unsent or self._stuck > _STUCK):
             self.transport.abort()
         else:
@@ -116,10 +118,10 @@ class Requests(H11Protocol):
 
 
 class Connection(WebSocketsSansIOProtocol):
-    """A WebSocket with at most one waiting message in this process.
+    """A WebSocket with at most one message in this process that waits to be sent.
 
-    A stalled socket is aborted when necessary. A flood is read slowly, and the rest waits at its
-    sender.
+    A stalled socket is aborted when necessary. A flood of messages is read slowly, so the rest of
+    it waits at the sender.
     """
 
     _rests = False
@@ -127,13 +129,13 @@ class Connection(WebSocketsSansIOProtocol):
 
     def connection_made(self, transport: BaseTransport) -> None:
         super().connection_made(transport)
-        # The next send waits until the kernel has taken the whole last message. At 0, a transport
-        # with TLS would wait for ever.
+        # The next send waits until the kernel has taken the whole last message. With a limit of 0,
+        # a transport with TLS would wait for ever.
         cast(asyncio.Transport, transport).set_write_buffer_limits(high=1)
-        cast(Any, transport).max_size = _READ_BYTES  # of asyncio's transports on sockets
+        cast(Any, transport).max_size = _READ_BYTES  # asyncio's socket transports read so much
 
     def data_received(self, data: bytes) -> None:
-        """Handle as much as one read of a socket brings; a transport with TLS brings more."""
+        """Handle _READ_BYTES at once, even if a transport with TLS delivers more."""
         if self.transport.is_closing():
             return  # with TLS, data still arrives after the connection was closed
         self._unread += data
@@ -156,10 +158,10 @@ class Connection(WebSocketsSansIOProtocol):
 
     async def receive(self) -> ASGIReceiveEvent:
         if self.transport.is_closing():
-            self.read_paused = False  # uvicorn would resume it
+            self.read_paused = False  # otherwise uvicorn would resume a transport that is closing
         message = await super().receive()
         if self._rests:
-            self._pause()  # uvicorn has just resumed it
+            self._pause()  # uvicorn has just resumed reading
         elif self._unread:
             self._read_some()
         return message
@@ -174,7 +176,7 @@ class Connection(WebSocketsSansIOProtocol):
             self.transport.resume_reading()
 
     def _pause(self) -> None:
-        if not self.transport.is_closing():  # one with TLS that was closed twice cannot be paused
+        if not self.transport.is_closing():  # a TLS transport that was closed twice cannot pause
             self.transport.pause_reading()
 
     def handle_ping(self) -> None:
@@ -184,7 +186,7 @@ class Connection(WebSocketsSansIOProtocol):
 
     def keepalive_timeout(self) -> None:
         super().keepalive_timeout()
-        self.transport.abort()  # a close would wait for data that the peer never takes
+        self.transport.abort()  # closing would wait for data that the peer may never take
 
     def shutdown(self) -> None:
         super().shutdown()

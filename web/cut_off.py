@@ -1,4 +1,4 @@
-"""Requests that the end of the server cuts off are answered, with the reason."""
+"""Answers, with the reason, the requests that are cut off when the server stops."""
 
 import asyncio
 
@@ -9,17 +9,20 @@ STOPPING = "makeup-video is stopping"
 
 
 class AnswerCutOff:
-    """An application whose requests get status 503 when the server cancels them as it stops.
+    """An application whose requests get status 503 when the server stops and cancels them.
 
-    uvicorn would answer them with 500, as if something were wrong.
+    uvicorn would answer these requests with status 500, as if something were wrong.
     """
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Serve a request or a WebSocket. When it is cancelled, raises CancelledError for a
-        WebSocket, for a request whose answer has begun, and for a client that does not read."""
+        """Serve a request or a WebSocket.
+
+        Once cancelled, it raises CancelledError if it serves a WebSocket, if the answer of the
+        request has begun, or if the client does not read.
+        """
         has_begun = False
 
         async def sending(message: Message) -> None:
@@ -33,8 +36,8 @@ class AnswerCutOff:
             if has_begun or scope["type"] != "http":
                 raise
             answer = JSONResponse({"error": STOPPING}, 503)(scope, receive, send)
-            # One step, which takes all of it unless the client does not read. uvicorn cancels
-            # once, so whoever waited for such a client now would keep the server from ending.
+            # One step sends the whole answer unless the client does not read. uvicorn cancels only
+            # once, so waiting for such a client here would keep the server from stopping.
             try:
                 answer.send(None)
             except StopIteration:

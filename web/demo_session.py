@@ -23,13 +23,13 @@ from makeup_video.web.session import (
 from makeup_video.web.slow_jobs import SlowJobs
 
 MOST_SESSIONS = 16
-GRACE_SECONDS = 30.0  # how long a page that lost its connection finds its session again
+GRACE_SECONDS = 30.0  # how long the session of a page that lost its connection is kept
 
 
 class DemoSession:
-    """One page's portrait and look. While one look is painted, only the newest other one waits."""
+    """One page's portrait and look. While a look is painted, only the newest later look waits."""
 
-    has_video = False  # single pictures, in full chroma
+    has_video = False  # single pictures are sent, as JPEG in full chroma
 
     def __init__(
         self,
@@ -64,10 +64,10 @@ class DemoSession:
             self._paint_soon()
 
     def want(self, wanted: Wanted) -> None:
-        """Every picture is a JPEG."""
+        """Do nothing: every picture is a JPEG."""
 
     def show_again(self) -> None:
-        """Every page has been sent the newest picture."""
+        """Do nothing: every page has been sent the newest picture."""
 
     def figures(self) -> None:
         return None
@@ -110,7 +110,7 @@ class DemoSession:
 
     def _paint(self) -> None:
         """Paint and push a picture, on the thread of slow jobs."""
-        self._is_due = False  # a look that is set from here on needs another picture
+        self._is_due = False  # a look that is set after this line needs another picture
         push, chosen_us, portrait = self._push, self._chosen_us, self._portrait
         if push is None:
             return
@@ -119,7 +119,7 @@ class DemoSession:
         except MakeupVideoError as error:
             self._log(f"{type(error).__name__}: {error}")
             return
-        except Exception as error:  # noqa: BLE001  # the pool would swallow it
+        except Exception as error:  # noqa: BLE001  # otherwise the pool would swallow the error
             self._log(f"internal error while painting: {type(error).__name__}: {error}")
             return
         push(ShownPicture(chosen_us, 0, jpeg, portrait.bare if self._compares else None))
@@ -139,11 +139,11 @@ class DemoShow:
         grace_seconds: float = GRACE_SECONDS,
         photo: PhotoLook | None = None,
     ) -> None:
-        """portrait, look: the start of every session.  photo: the source of the look, if any."""
+        """portrait, look: what every session begins with.  photo: the look's source, if any."""
         self._portrait, self._look, self._slow_jobs, self._log = portrait, look, slow_jobs, log
         self._grace_seconds, self._photo = grace_seconds, photo
         self._sessions: dict[str, DemoSession] = {}
-        self._left: dict[str, asyncio.TimerHandle] = {}  # the session left first comes first
+        self._left: dict[str, asyncio.TimerHandle] = {}  # in the order in which pages left
 
     def enter(self, name: str) -> DemoSession:
         if (session := self._sessions.get(name)) is not None:

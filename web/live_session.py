@@ -1,4 +1,4 @@
-"""The show of a camera: one session, one look, for all pages."""
+"""The show of a camera: one session with one look for all pages."""
 
 import threading
 import time
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.live.run import LiveFigures
 
 _ONE_SIZE = ("recording", "stream", "camera")  # outputs whose frames keep their size
-_BARE_SECONDS = 2.0  # how long to wait for a frame whose picture without makeup is kept
+_BARE_SECONDS = 2.0  # how long to wait for a frame that also comes without makeup
 
 
 class LiveRunControl(Protocol):
     """The part of a live run (`pipeline/live/run.py`) that pages use, from other threads."""
 
-    compare: bool  # keep the planes as they came from the camera
+    compare: bool  # whether the planes are kept as they came from the camera
 
     @property
     def look(self) -> Look: ...
@@ -45,7 +45,7 @@ class Cameras(Protocol):
 
 
 class LiveSession:
-    """A live run and its preview sink, as a session. The run goes on while no page watches."""
+    """A live run and its preview sink, as a session. The run goes on even if no page watches."""
 
     name = "live"
 
@@ -63,7 +63,7 @@ class LiveSession:
         self._recording: LiveSink | None = None
         self._recorded: set[str] = set()  # names of all recordings that pages started
         self._portrait: Portrait | None = None
-        self._needs_both = False  # a picture of before and after
+        self._needs_both = False  # a picture is wanted both with and without makeup
         self._wishes = threading.Lock()
 
     @property
@@ -82,13 +82,13 @@ class LiveSession:
             self._keep_planes()
 
     def _need_both(self, on: bool) -> None:
-        """Only on the thread of slow jobs, which does one at a time."""
+        """Called only on the thread of slow jobs, which does one job at a time."""
         with self._wishes:
             self._needs_both = on
             self._keep_planes()
 
     def _keep_planes(self) -> None:
-        """Let the run keep the camera's planes while anybody needs them; under the lock."""
+        """Let the run keep the camera's planes while anybody needs them. Called under the lock."""
         self._run.compare = self._sink.compares or self._needs_both
 
     @property
@@ -102,7 +102,8 @@ class LiveSession:
         self._sink.show_again()
 
     def figures(self) -> Mapping[str, Any]:
-        """Those of the run, and for each sink `by_page`: a page started it, and may end it."""
+        """The figures of the run. Each sink has `by_page`: whether a page started it and may end
+        it."""
         values = asdict(self._run.figures())
         for sink in values["sinks"]:
             sink["by_page"] = sink["name"] in self._recorded
@@ -112,9 +113,10 @@ class LiveSession:
         return read_look(photo, name, face)
 
     def take_portrait(self, photo: bytes, name: str) -> None:
-        """Show the ready looks on whom the camera sees. Raises PhotoError, InputError, UsageError.
+        """Show the ready looks on the face that the camera sees now.
 
-        photo: empty, since the page of a camera paints no other picture.
+        photo: must be empty, since the page of a camera paints no other picture. Raises PhotoError,
+        InputError, UsageError.
         """
         if photo:
             raise UsageError("this page paints the camera, not a portrait: see makeup-video demo")
@@ -130,7 +132,7 @@ class LiveSession:
             try:
                 self._run.add_sink(recording)
             except BaseException:
-                recording.finish()  # gives back the sound that it took
+                recording.finish()  # gives back its tap of the sound
                 raise
             self._recording = recording
             self._recorded.add(recording.name)
@@ -142,16 +144,18 @@ class LiveSession:
         return {} if self._cameras is None else self._cameras.choices()
 
     def choose_camera(self, name: str, size: str) -> None:
-        """Raises UsageError for what is not among the choices, and while an output needs frames of
-        one size.
+        """Use another camera or size.
 
-        A page may play no file of its own choice: it would show what its user may not read.
+        name: "" keeps the camera if a size is given.  size: "" keeps the size last requested.
+        Raises UsageError for a camera or size that is not offered, and while an output needs frames
+        of one size. A page may not name a file of its own choice: the page would show files that
+        its user may not read.
         """
         if self._cameras is None:
             raise UsageError("this run has no other camera")
         offered = self._cameras.choices()
-        wanted = size or offered["size"]  # "": the page leaves the size as it was asked for
-        if size and not name:  # the page leaves the camera as it is
+        wanted = size or offered["size"]
+        if size and not name:
             name = offered["name"]
         for chosen, several, now in ((name, "names", "name"), (wanted, "sizes", "size")):
             if chosen not in (*offered[several], offered[now]):
@@ -163,7 +167,7 @@ class LiveSession:
 
     @property
     def _is_recording(self) -> bool:
-        """False as well after a recording that failed, as on a full disk."""
+        """Whether a page's recording runs; False after a recording failed, as on a full disk."""
         name = self._recording and self._recording.name
         sinks = self._run.figures().sinks if name else ()
         return any(sink.name == name and not sink.is_over for sink in sinks)
@@ -173,9 +177,10 @@ class LiveSession:
         return self._sink.newest is not None
 
     def whole_picture(self, both: bool) -> np.ndarray:
-        """The newest picture, which pages show, however old; both: the next one.
+        """The newest picture, however old: the one that pages show.
 
-        Raises InputError when the camera sends none.
+        both: instead the next picture, without makeup on the left and with makeup on the right.
+        Raises InputError when the camera sends no frame.
         """
         picture = self._sink.newest
         if picture is None or both:
@@ -192,15 +197,16 @@ class LiveSession:
 
     @property
     def _shown_portrait(self) -> Portrait:
-        """Ours, until the visitor chooses the camera's picture: the camera may show nobody."""
+        """The portrait for thumbnails: ours until the visitor chooses the camera's picture, since
+        the camera may show nobody."""
         if self._portrait is None:
             self._portrait = own_portrait()
         return self._portrait
 
     def _picture_with_both(self) -> LivePicture:
-        """The next picture, with that of the camera. Raises InputError when none comes."""
+        """The next picture that has the camera's planes, too. Raises InputError when none comes."""
         until = time.monotonic() + _BARE_SECONDS
-        last = self._sink.newest  # of a camera that is gone it may be an hour old
+        last = self._sink.newest  # may be an hour old if the camera is gone
         self._need_both(True)
         try:
             while time.monotonic() < until:
@@ -214,7 +220,7 @@ class LiveSession:
 
 
 def _bare(picture: LivePicture) -> np.ndarray:
-    """The camera's picture of a LivePicture that has it: upright, (H, W, 3) uint8 RGB."""
+    """The picture without makeup of a LivePicture that has one: upright, (H, W, 3) uint8 RGB."""
     frame = picture.frame
     bare = copied(frame.picture)
     for new, old in zip(plane_views(bare, 8), picture.before or (), strict=True):
@@ -226,8 +232,8 @@ class LiveShow:
     """The show of a live run, for `Server`.
 
     sink: one of the run's sinks.  photo: the photo that the run's first look was read from, if any.
-    make_recording: makes the sink of a recording that a page starts; None: pages start none.
-    cameras: those that a page may choose; None: it chooses none.
+    make_recording: makes the sink of a recording that a page starts; None: pages cannot record.
+    cameras: the cameras that a page may choose; None: pages cannot choose a camera.
     """
 
     mode: Literal["live"] = "live"

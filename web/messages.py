@@ -1,23 +1,23 @@
 """The messages of pages and server: JSON objects with a "type".
 
 page -> server
-    look     {look, n}         the whole look; n counts this page's own looks. Without n, as from a
-                               file of any version, the server returns the look as this version
-                               writes it, with its defaults filled in
+    look     {look, n}         the whole look; n counts this page's own looks. A look from a file
+                               has no n, since the file may be of any version: the server returns
+                               the look as this version writes it, with its defaults filled in
     compare  {on}              whether pictures without makeup are needed
     shown    {pts_us}          this picture is on the screen
-    video    {on}              whether the page wants H.264 rather than JPEG
+    video    {on}              whether the page wants H.264 instead of JPEG
 server -> page
     hello    {mode, session, look, photo, finishes, parameters, kinds, photo_bytes_limit, has_video}
                                photo: {name, look, words}, the last photo that was read and its look
-                               in words, or null; has_video: whether pictures come as H.264, too
+                               in words, or null; has_video: whether H.264 is available, too
     look     {look, photo, seen}
                                photo: the photo that the look has just been read from, or null
                                seen: the newest n that had arrived from this page, or null; a page
-                               that has sent a newer look since keeps its own
-    seen     {seen}            instead of a look message to the page whose look is painted: a look
-                               that is not confirmed so, or by a look message, may be lost
-    camera   {}                another camera or size is used: see /camera
+                               that has sent a newer look since then keeps that look
+    seen     {seen}            sent instead of a look message to the page whose own look is painted.
+                               A look that neither message confirms may be lost
+    camera   {}                another camera or size is in use: see /camera
     figures  {fps, ..., viewers, screen_ms}
     error    {text}
     bye      {}                the server stops
@@ -38,16 +38,17 @@ from makeup_video.pipeline.look.strict_json import object_without_repeats, whole
 from makeup_video.web.session import PHOTO_BYTES, PhotoLook, Session
 
 _LARGEST = 2**63
-# How the page draws a product by the region that it is worn on, unless it is a line or a powder.
+# How the page draws a product, by the region that it is worn on. The page draws all other products
+# as a powder, and lines as a line.
 _SWATCHES = {"lips": "stroke", "face": "flush"}
 
 
 @dataclass(frozen=True, slots=True)
 class LookRequest:
-    """A look that a page wants, read only when it is painted: a newer one may replace it.
+    """A look that a page wants. It is read only when it is painted, as a newer one may replace it.
 
-    values: the look as it came.  n: the count of the page's newest look.  is_counted: False for a
-    look from a file.
+    values: the look as it arrived.  n: the count of the page's newest look.  is_counted: False for
+    a look from a file.
     """
 
     values: Any
@@ -56,11 +57,11 @@ class LookRequest:
 
     @property
     def look(self) -> Look:
-        """The look that `values` mean. Raises LookError when they are none."""
+        """The look that `values` describe. Raises LookError when they do not describe a look."""
         return Look.from_dict(self.values)
 
     def after(self, older: "LookRequest | None") -> "LookRequest":
-        """Replace an older request, whose count is kept where this one has none."""
+        """This request in place of an older one, whose count it takes over if it has none."""
         if older is None or self.n is not None:
             return self
         return LookRequest(self.values, older.n, self.is_counted)
@@ -68,7 +69,7 @@ class LookRequest:
 
 @dataclass(frozen=True, slots=True)
 class CompareRequest:
-    """A page starts or stops to compare."""
+    """A page starts or stops comparing."""
 
     on: bool
 
@@ -82,7 +83,7 @@ class PictureShown:
 
 @dataclass(frozen=True, slots=True)
 class VideoRequest:
-    """A page wants H.264 from now on, or JPEG."""
+    """A page wants H.264 or, if not `on`, JPEG from now on."""
 
     on: bool
 
@@ -142,9 +143,10 @@ def hello(mode: str, session: Session) -> str:
 
 
 def _kind(kind: Kind) -> dict[str, Any]:
-    """What the page makes the controls of a kind of makeup from.
+    """The values from which the page makes the controls of a kind of makeup.
 
-    order: of painting, as in a look's layers.  slots: the whole shape of each named one.
+    order: the place in the order of painting, as in a look's layers.  slots: the whole shape of
+    each slot, by name.
     """
     red, green, blue = kind.first_rgb
     return {
@@ -239,7 +241,7 @@ _LABELS = {
     "shimmer_tint": "Colour of sparkles",
     "light_adaptation": "Takes on the light",
 }
-_MOST = 4.0  # the end of sliders whose parameter has no limit; it looks like lacquer
+_MOST = 4.0  # the end of sliders whose parameter has no limit; gloss then looks like lacquer
 
 
 def parameters() -> list[dict[str, Any]]:

@@ -2,9 +2,9 @@
 
     python -m makeup_video.web.photo_child < (the name as JSON, a newline, the photo's file)
 
-Writes a line of JSON: [height, width], followed by the pixels, or the reason why the photo is
-refused. Imports little, since the visitor waits while it starts: no face nets, no OpenCL, no video
-library.
+Writes a line of JSON: either [height, width], followed by the pixels, or the reason why the photo
+is refused. The process imports little, since the visitor waits while it starts: no face nets, no
+OpenCL, no video library.
 """
 
 import json
@@ -14,17 +14,17 @@ from makeup_video.pipeline.errors import MakeupVideoError
 from makeup_video.pipeline.images.photo_file import read_photo
 from PIL import AvifImagePlugin, Image
 
-# Phones take up to 50.3 million pixels as HEIC, and 201 million as JPEG, which is averaged while it
-# is decoded.
+# Phones take photos of up to 50.3 million pixels as HEIC, and of 201 million as JPEG. A JPEG is
+# averaged to a smaller size while it is decoded.
 MOST_PX = 52_000_000
 MOST_JPEG_PX = 220_000_000
 # Limits on address space. Before the size can be checked, Pillow's WebP decoder reserves 8 bytes
 # per pixel of the size in the header, at most 2.1 GB. It touches that memory only when it decodes.
 _OPENING_BYTES = 3_000_000_000
-# The largest pictures need almost as much: WebP with transparency.
+# The largest pictures, WebP with transparency, need almost as much.
 _DECODING_BYTES = 1_000_000_000
-# Threads of the AVIF decoder. One for each core of a large machine would exceed that by stacks
-# alone.
+# Threads of the AVIF decoder. With a thread for each core of a large machine, the stacks alone
+# would exceed the limit.
 _THREADS = 2
 _PROCESSOR_SECONDS = 20
 
@@ -55,14 +55,14 @@ def main() -> None:
 
 
 def _limit(name: str, most: int) -> None:
-    """Set a limit of the process. Windows has none, macOS ignores the one on memory."""
+    """Set a limit of the process. Windows has no limits, and macOS ignores the limit on memory."""
     try:
         import resource
 
         kind = getattr(resource, name)
         resource.setrlimit(kind, (most, resource.getrlimit(kind)[1]))
     except (ImportError, AttributeError, OSError, ValueError):
-        return  # a lower limit stays
+        return  # the system lacks this limit, or a lower limit stays
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A photo to paint on: its faces, found once, at the size of the page and at full size."""
+"""A photo to paint on, at the size of the page and at full size; its faces are found only once."""
 
 from functools import cached_property
 from pathlib import Path
@@ -12,14 +12,14 @@ from makeup_video.pipeline.look.look import Look
 from makeup_video.pipeline.render.apply_look import PaintPictures
 from makeup_video.web.small_picture import jpeg, scaled, small_jpeg
 
-WHOLE_PX = 2400  # longer side; each session keeps one of these: 17 MB at most
+WHOLE_PX = 2400  # longer side of the photo that each session keeps: 17 MB at most
 SHOWN_PX = 1200  # longer side of the picture on the page
-THUMBNAIL_PX = 160  # side of a thumbnail, twice what the page gives it in its own pixels
-# Thumbnails are painted at twice their size and averaged: a liner would else be a pixel thin.
+THUMBNAIL_PX = 160  # side of a thumbnail, twice its side on the page in CSS pixels
+# Thumbnails are painted at twice their size and averaged: otherwise a liner would be a pixel thin.
 _FINER = 2
-_AROUND = 1.05  # side of a thumbnail, by the longer side of the face
+_AROUND = 1.05  # side of a thumbnail, as a multiple of the longer side of the face
 OWN = Path(__file__).parent / "page" / "portrait.jpg"
-MOST_THUMBNAILS = 200  # that are kept of a portrait, of 10 kB each: those used last
+MOST_THUMBNAILS = 200  # kept for a portrait, 10 kB each: those that were used last
 
 
 class Portrait:
@@ -44,7 +44,7 @@ class Portrait:
         self._thumbnails: dict[Look, bytes] = {}
 
     def painted(self, look: Look) -> bytes:
-        """Paint a look at the page's size, and return the JPEG."""
+        """Paint a look at the page's size, and return the picture as JPEG."""
         shown, faces = self._shown
         return jpeg(self._paint(shown, look, faces))
 
@@ -55,7 +55,7 @@ class Portrait:
     def thumbnail(self, look: Look) -> bytes:
         """The largest face with a look: a square JPEG of THUMBNAIL_PX, kept for the next time."""
         made = self._thumbnails.pop(look, None) or self._thumbnail(look)
-        self._thumbnails[look] = made  # the last one is the one used last
+        self._thumbnails[look] = made  # goes to the end: the dict is in the order of last use
         if len(self._thumbnails) > MOST_THUMBNAILS:
             del self._thumbnails[next(iter(self._thumbnails))]
         return made
@@ -68,8 +68,8 @@ class Portrait:
 
     @cached_property
     def _close_up(self) -> tuple[np.ndarray, Face, tuple[int, int, int]]:
-        """The photo no larger than thumbnails need it, its largest face, and (top, left, side) of
-        the square around that face in px."""
+        """The photo, scaled down to the size that thumbnails need; its largest face; and the square
+        around that face as (top, left, side) in px."""
         points_px = self._faces[0].points_px[:, :2]
         low, high = points_px.min(0), points_px.max(0)
         wide_px = _AROUND * float((high - low).max())
@@ -89,7 +89,7 @@ class Portrait:
 
     @cached_property
     def small(self) -> bytes:
-        """The photo without makeup as a thumbnail, a JPEG."""
+        """The photo without makeup as a thumbnail, as JPEG."""
         return small_jpeg(self._whole)
 
     @cached_property
@@ -110,7 +110,7 @@ def own_portrait() -> Portrait:
 def _shrunk(
     rgb8: np.ndarray, faces: tuple[Face, ...], scale: float
 ) -> tuple[np.ndarray, tuple[Face, ...]]:
-    """A picture and its faces at a scale below 1; otherwise both as they are."""
+    """A picture and its faces, scaled down; a scale of 1 or more leaves both as they are."""
     small = scaled(rgb8, scale)
     down, across = (new / old for new, old in zip(small.shape[:2], rgb8.shape[:2], strict=True))
     return small, tuple(resized(face, across, down) for face in faces)

@@ -1,4 +1,4 @@
-"""The sink of a live run that makes the pictures for the pages, while a page watches."""
+"""The sink of a live run that makes the pictures for the pages, as long as a page watches."""
 
 import math
 import threading
@@ -14,8 +14,8 @@ from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.web.session import Packet, Push, ShownPicture, VideoPicture, Wanted
 
 _MICRO = Fraction(1, 1_000_000)
-# Between two key frames, each of which has the data of five other pictures: a page that is slower
-# than the others needs one after each picture that it missed.
+# The least time between two key frames. A key frame has as much data as five other pictures, and a
+# page that is slower than the others needs one after each picture that it missed.
 KEY_SECONDS = 0.5
 # (planes, chroma, bit_depth, tags) -> a JPEG that browsers show in the right colours
 MakeJpeg = Callable[[tuple[np.ndarray, ...], tuple[int, int], int, ColourTags], bytes]
@@ -38,7 +38,7 @@ class MakeVideo(Protocol):
 class PreviewSink:
     """A LiveSink for the pages. The server's thread sets `push`, `compares` and `wanted`.
 
-    open_video: opens a stream of H.264; None: pages get JPEG alone.
+    open_video: opens a stream of H.264; None: pages get only JPEG.
     log: gets a line when H.264 fails, and pages get JPEG from then on.
     """
 
@@ -62,7 +62,7 @@ class PreviewSink:
         self.sent = 0
         self._one_at_a_time = threading.Lock()
         self._painted: MakeVideo | None = None
-        self._before: MakeVideo | None = None  # while a page compares
+        self._before: MakeVideo | None = None  # the stream without makeup, while a page compares
         self._number = 0
         self._last_key = -math.inf
 
@@ -76,7 +76,7 @@ class PreviewSink:
         self._show(picture)
 
     def show_again(self) -> None:
-        """Push the newest picture once more, as it is wanted now. From any thread."""
+        """Push the newest picture once more, in the formats wanted now, on any thread."""
         if self.newest is not None:
             self._show(self.newest)
 
@@ -109,7 +109,7 @@ class PreviewSink:
     def _video(
         self, picture: LivePicture, before: tuple[np.ndarray, ...] | None, key: bool
     ) -> VideoPicture | None:
-        """The next packets; None once the encoder has failed."""
+        """The packets of a picture; None once the encoder has failed."""
         if self._open_video is None:
             return None
         now = time.monotonic()

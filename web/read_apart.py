@@ -1,8 +1,8 @@
-"""Decodes visitors' photos in a process of its own, with limits on memory and time.
+"""Decodes each visitor's photo in a process of its own, with limits on memory and time.
 
 A file that breaks a decoder ends only that process, and the live picture goes on. A thread would
-not do: Pillow sometimes holds Python's lock, and a large WebP stopped the picture for half a
-second.
+not be enough: Pillow sometimes holds Python's lock, and a large WebP stopped the live picture for
+half a second.
 """
 
 import json
@@ -20,12 +20,12 @@ _MODULE = "makeup_video.web.photo_child"
 def read_apart(photo: bytes, name: str) -> np.ndarray:
     """Decode a photo as `read_photo` does: (H, W, 3) uint8, read-only.
 
-    photo: a file's bytes, called `name` in messages. Raises PhotoError, one line for the visitor,
-    also when the process crashed or took too long.
+    photo: a file's bytes, called `name` in messages. Raises PhotoError with one line for the
+    visitor, also when the process crashed or took too long.
     """
     # -P: nothing is imported from the folder where the run was started. The name goes to stdin,
     # like the photo, since other users of the machine can see arguments. OpenBLAS gets one thread:
-    # others would only take time to start.
+    # more threads would only take time to start.
     command = [sys.executable, "-P", "-m", _MODULE]
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     try:

@@ -1,4 +1,4 @@
-"""Reads the look in a photo that a page sent, with messages for its visitor."""
+"""Reads the look in a photo that a page sent, with messages for the visitor."""
 
 from functools import cache
 from pathlib import Path
@@ -12,19 +12,19 @@ from makeup_video.web.session import PhotoLook, SeveralFaces
 from makeup_video.web.small_picture import small_jpeg
 
 _CHOICE_PX = 800  # longer side of the picture on which a face is chosen
-_AROUND = 1.2  # side of a face's box, by the extent of its points
+_AROUND = 1.2  # side of a face's box, as a multiple of the extent of its points
 
 
 def read_look(photo: bytes, name: str, face: str = "") -> PhotoLook | SeveralFaces:
-    """Read the makeup of the only face, apart from small ones in the background.
+    """Read the makeup of the only face in a photo; small faces in the background do not count.
 
-    name: what messages call the photo.  face: the number of the face to read, where the visitor
-    has chosen one. Returns SeveralFaces where a face must be chosen first.
+    name: what messages call the photo.  face: the number of the face to read, if the visitor has
+    chosen one. Returns SeveralFaces when the visitor must choose a face first.
     Raises PhotoError, InputError.
     """
     from makeup_video.pipeline.engine.machine import FIND_FACES, check_memory
 
-    check_memory(FIND_FACES)  # with less, the libraries of the nets crash while they are loaded
+    check_memory(FIND_FACES)  # with less memory, the libraries of the nets crash while they load
     from makeup_video.pipeline.reference.estimate import estimate_photo
 
     decoded: list[np.ndarray] = []

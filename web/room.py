@@ -20,14 +20,14 @@ from makeup_video.web.messages import (
 from makeup_video.web.session import PhotoLook, Session, ShownPicture, Wanted
 from makeup_video.web.viewer import VIDEO_IN_FLIGHT, Viewer
 
-# Least time between two looks that are read: a page may send one at every refresh of its screen.
-# Of faster looks only the newest of each page is read and painted, which takes about 0.1 ms.
+# Least time between two readings of looks: a page may send a look at every refresh of its screen.
+# When looks come faster, only the newest of each page is read and painted. That takes about 0.1 ms.
 LOOKS_SECONDS = 0.01
 FIGURES_SECONDS = 0.5
 
 
 class Room:
-    """All pages that watch one session: the others see what one of them changes."""
+    """All pages that watch one session: what one page changes, the others see."""
 
     def __init__(self, session: Session, loop: asyncio.AbstractEventLoop) -> None:
         self.session = session
@@ -42,7 +42,7 @@ class Room:
         # the newest look of each page, in the order in which they came
         self._requests: dict[Viewer, LookRequest] = {}
         self._paint_timer: asyncio.TimerHandle | None = None  # reads and paints the requests
-        self._next_paint = 0.0  # the earliest time for that, by the loop's clock
+        self._next_paint = 0.0  # the earliest time for the next reading, by the loop's clock
 
     def add(self, viewer: Viewer) -> None:
         """Let a page watch."""
@@ -69,7 +69,7 @@ class Room:
             self._figures_timer.cancel()
 
     def receive(self, viewer: Viewer, text: str) -> None:
-        """Handle a page's message. Its errors go to that page alone."""
+        """Handle a page's message. Errors go only to that page."""
         try:
             request = read_message(text)
         except MakeupVideoError as error:
@@ -88,10 +88,10 @@ class Room:
                 viewer.comparing = on
                 self.session.compare(any(other.comparing for other in self.viewers))
                 if on and self._newest is not None and self._newest.before is not None:
-                    # another page compares already, and no new picture may come
+                    # another page compares already; offered now, since no new picture may come
                     viewer.offer(self._newest)
             case LookRequest():
-                # to the end of the queue: the last look wins over those of other pages, too
+                # goes to the end of the queue: the last look wins over those of other pages, too
                 self._requests[viewer] = request.after(self._requests.pop(viewer, None))
                 if self._paint_timer is None:
                     self._paint_timer = self._loop.call_at(self._next_paint, self._paint_requests)
@@ -123,13 +123,13 @@ class Room:
                 viewer.queue_error(str(error))
                 viewer.queue("look", look_message(self.session.look, None, viewer.seen))
                 continue
-            # a page does not know the defaults of a look from a file, so it gets the look, too
+            # a page does not know the defaults of a look from a file, so this page gets the look
             self._paint(look, None, viewer if request.is_counted else None)
 
     def _paint(self, look: Look, photo: PhotoLook | None, by: Viewer | None = None) -> None:
-        """Paint a look from now on, and send it to all pages but `by`, which has it."""
+        """Paint a look from now on, and send it to all pages but `by`, which has it already."""
         self.session.set_look(look)
-        # a kind of its own: a later look must not hide from a page that a photo was read
+        # the look of a photo has a kind of its own, so that no later look replaces the message
         kind = "look" if photo is None else "photo"
         for viewer in self.viewers:
             if viewer is by:
@@ -138,9 +138,9 @@ class Room:
                 viewer.queue(kind, look_message(look, photo, viewer.seen))
 
     def _push(self, picture: ShownPicture) -> None:
-        """Take a picture, on any thread. The newest wins, and the loop is woken once for it.
+        """Take a picture, on any thread, and wake the loop once for all pictures that wait.
 
-        The last few are kept: H.264 must be decoded without a gap.
+        The last few pictures are kept, since H.264 must be decoded without a gap.
         """
         self._arrived.append(picture)
         if not self._is_delivery_due:
@@ -149,7 +149,7 @@ class Room:
 
     def _deliver(self) -> None:
         self._is_delivery_due = False
-        if not self.viewers:  # the last page left meanwhile; another room may have wishes now
+        if not self.viewers:  # the last page has left; another room may use the session now
             self._arrived.clear()
             return
         self._arrived_at = self._loop.time()
@@ -161,7 +161,7 @@ class Room:
 
     def _want(self) -> None:
         """Tell the session what the pages can use now."""
-        if not self.session.has_video:  # or no longer: the encoder failed
+        if not self.session.has_video:  # never had it, or no longer since the encoder failed
             for viewer in self.viewers:
                 if viewer.is_video:
                     viewer.choose(False)
@@ -176,8 +176,8 @@ class Room:
             self.session.want(wanted)
 
     def _feed(self) -> None:
-        """Where no new picture comes, as from a camera that is gone, send the newest one to pages
-        that had none."""
+        """Send the newest picture again to pages that have had none, if no new picture comes, as
+        from a camera that is gone."""
         if self._loop.time() - self._arrived_at > FIGURES_SECONDS and any(
             viewer.is_starving for viewer in self.viewers
         ):

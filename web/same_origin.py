@@ -1,8 +1,8 @@
-"""Checks every request, before anything else handles it, for whether its sender may use the server.
+"""Checks, before anything else handles a request, whether its sender may use the server.
 
 The server listens on this machine for its user's browser. But any web page that this browser visits
-can send requests here, too. Its Origin header gives it away, and where it has pointed a name of its
-own to this address (DNS rebinding), its Host header does.
+can send requests here, too. The Origin header gives such a page away. If the page has pointed a
+name of its own to this address (DNS rebinding), the Host header gives it away.
 """
 
 import re
@@ -25,16 +25,16 @@ _SAFE = {
     "cache-control": "no-store",
 }
 
-# The last part of a name begins with a letter; that of an address, such as 127.1, does not.
+# The last part of a name begins with a letter; the last part of an address such as 127.1 does not.
 _NAME = re.compile(r"([\w-]+\.)*[^\W\d][\w-]*\.?")
-_MAPPED = "::ffff:"  # an IPv4 address as a socket for both versions shows it
-_PORTS = {"http": 80, "https": 443}  # which browsers leave out
+_MAPPED = "::ffff:"  # stands before an IPv4 address on a socket for both IP versions
+_PORTS = {"http": 80, "https": 443}  # default ports, which browsers leave out
 
 
 class SameOrigin:
     """Refuses other sites' requests (403) and unknown names (421); sets headers on all responses.
 
-    host: as given to --host; a name of the server is allowed.  port: where the server listens.
+    host: as given to --host; requests to this name are allowed.  port: where the server listens.
     """
 
     def __init__(self, app: ASGIApp, host: str, port: int) -> None:
@@ -82,14 +82,14 @@ def _scheme(scope: Scope) -> str:
 
 
 def _same_site(scope: Scope, headers: Mapping[str, str], acts: bool) -> bool:
-    """Check Sec-Fetch-Site, the requesting site. Every site may link to the page itself."""
+    """Check the requesting site by Sec-Fetch-Site. Every site may link to the page itself."""
     site = headers.get("sec-fetch-site", "none")
     opened = scope["path"] == "/" and headers.get("sec-fetch-mode") == "navigate"
     return site in ("same-origin", "none") or (opened and not acts)
 
 
 def is_loopback(host: str) -> bool:
-    """Whether an IP address is one by which this machine reaches itself."""
+    """Whether this machine reaches itself by an IP address."""
     try:
         return ip_address(host.removeprefix(_MAPPED)).is_loopback
     except ValueError:
@@ -97,7 +97,7 @@ def is_loopback(host: str) -> bool:
 
 
 def is_name(host: str) -> bool:
-    """Whether a host is the name of a machine, such as "pc.local", and no address."""
+    """Whether a host is the name of a machine, such as "pc.local", and not an address."""
     return _NAME.fullmatch(host) is not None
 
 

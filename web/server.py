@@ -24,7 +24,7 @@ from makeup_video.web.upload import LOOK_BYTES
 
 _GOODBYE_SECONDS = 0.3
 _STOP_SECONDS = 5.0
-_CONNECTIONS = 128  # with more, requests are answered with 503; a ListeningSocket closes some later
+_CONNECTIONS = 128  # beyond these, requests get status 503; ListeningSocket has a higher limit
 _NO_DESCRIPTORS = (errno.EMFILE, errno.ENFILE)
 _BROADCAST = "255.255.255.255"
 _HANDSHAKE_SECONDS = 10.0  # as long as the header of a request may take
@@ -37,7 +37,7 @@ class Server:
     port: 0 for a free one.
     tls: the certificate for HTTPS; None for HTTP.
     log: called with a line for the terminal, on the server's thread.
-    ping_seconds: a page that does not answer for twice as long counts as gone.
+    ping_seconds: time between two pings; a page that is silent for twice as long counts as gone.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class Server:
     def stop(self) -> None:
         """Say goodbye to all pages and stop; pages that do not react are cut off.
 
-        Does nothing when the server does not run.
+        Only stops the slow jobs when the server does not run.
         """
         if self._thread is not None and self._loop is not None and self._thread.is_alive():
             ending = self._end()
@@ -99,7 +99,7 @@ class Server:
             except RuntimeError:  # the loop has just ended
                 ending.close()
             self._thread.join(_STOP_SECONDS)
-        self._slow_jobs.stop()  # again: the server may not have run
+        self._slow_jobs.stop()  # `_end` has done so unless the server did not run
 
     def _run(self, listening: socket.socket, port: int) -> None:
         try:
@@ -130,30 +130,31 @@ class Server:
             proxy_headers=False,
             server_header=False,
             limit_concurrency=_CONNECTIONS,
-            backlog=_CONNECTIONS,  # as many are accepted before any other work
+            backlog=_CONNECTIONS,  # asyncio accepts up to this many before any other work
             timeout_graceful_shutdown=1,
         )
         config.load()
         config.ssl = self._tls
         self._uvicorn = uvicorn.Server(config)
-        # Windows' own kind of loop would accept past the limit of the ListeningSocket, and read
-        # more at once than a Connection asks for. Elsewhere this is asyncio's own choice.
+        # The default loop of Windows would accept past the limit of the ListeningSocket, and read
+        # more at once than a Connection asks for. Elsewhere this loop is asyncio's default.
         with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
             runner.run(self._serve(self._uvicorn, listening))
 
     async def _serve(self, server: uvicorn.Server, listening: socket.socket) -> None:
         self._loop = loop = asyncio.get_running_loop()
         loop.set_exception_handler(self._log_fault)
-        if self._tls is not None:  # uvicorn has no option for it
+        if self._tls is not None:  # uvicorn has no option for the time of the handshake
             listen = partial(loop.create_server, ssl_handshake_timeout=_HANDSHAKE_SECONDS)
             loop.create_server = listen  # type: ignore[method-assign]
         self._begun.set()
         await server.serve(sockets=[listening])
 
     def _log_fault(self, _loop: asyncio.AbstractEventLoop, fault: dict[str, Any]) -> None:
-        """Log in one line what asyncio would print with a traceback; a repeated line once."""
+        """Log a fault in one line, where asyncio would print a traceback; log no line twice in a
+        row."""
         error = fault.get("exception")
-        if isinstance(error, StoppedError):  # of a request that the end of the server cuts off
+        if isinstance(error, StoppedError):  # from a request that the stopping server cuts off
             return
         if isinstance(error, OSError) and error.errno in _NO_DESCRIPTORS:
             line = (
@@ -172,7 +173,7 @@ class Server:
         until = asyncio.get_running_loop().time() + _GOODBYE_SECONDS
         while self._rooms.viewers and asyncio.get_running_loop().time() < until:
             await asyncio.sleep(0.01)
-        # requests that wait for it are answered now, and not only when uvicorn cancels them
+        # requests that wait for slow jobs are answered now, before uvicorn cancels them
         self._slow_jobs.stop()
         assert self._uvicorn is not None
         self._uvicorn.should_exit = True
@@ -187,7 +188,7 @@ def _listen(host: str, port: int) -> socket.socket:
         family, *_, address = socket.getaddrinfo(name, port, type=socket.SOCK_STREAM)[0]
         if ip_address(address[0]).is_multicast or address[0] == _BROADCAST:
             raise OSError(errno.EADDRNOTAVAIL, "nobody can connect to it")
-        both = host == "::" and socket.has_dualstack_ipv6()  # as people expect of "every address"
+        both = host == "::" and socket.has_dualstack_ipv6()  # "::" should mean IPv4, too
         listening = socket.create_server(address, family=family, dualstack_ipv6=both)
         return ListeningSocket(family, listening.detach())
     except (OSError, UnicodeError) as error:

@@ -1,13 +1,13 @@
 """What pages show: the protocols that `live` and `demo` implement, and their pictures.
 
 A Show has one Session for all pages (live) or one for each page (demo). A Session is one look and
-the picture that it is painted on; it knows no sockets, and makes pictures only while a page
-watches.
+the picture that the look is painted on. The session knows no sockets, and makes pictures only while
+a page watches.
 
 `read`, `take_portrait`, `whole_picture` and the methods of thumbnails are slow: they are called on
-the thread of `SlowJobs`, one at a time. `record`, `cameras` and `choose_camera` are called on its
-other thread, one at a time, too. `show_again` is slow as well, and may be called on any thread. All
-others are called on the server's loop and must not block.
+the first thread of `SlowJobs`, one at a time. `record`, `cameras` and `choose_camera` are called on
+its other thread, also one at a time. `show_again` is slow, too, and may be called on any thread.
+All other methods are called on the server's loop and must not block.
 """
 
 import struct
@@ -19,23 +19,24 @@ import numpy as np
 from makeup_video.pipeline.look.look import Look
 
 PHOTO_BYTES = 64_000_000  # photos of 200 megapixels have up to about 50 MB
-# The head of a picture: pts_us, rotation_degrees, flags, and the bytes of either part.
+# The head of a picture: pts_us, rotation_degrees, flags, and the sizes of both parts in bytes.
 HEAD = struct.Struct("<QHHII")
-# Flags: both parts are packets of H.264, not JPEG files; either part is a key frame.
+# Flags: both parts are packets of H.264, not JPEG files; the first part, or the second part (the
+# picture without makeup), is a key frame.
 IS_VIDEO, KEY, KEY_BEFORE = 1, 2, 4
-Packet = tuple[bytes, bool]  # of H.264, and whether it is a key frame
+Packet = tuple[bytes, bool]  # the bytes of H.264, and whether they are a key frame
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShownPicture:
-    """A painted picture as it goes to the pages.
+    """A painted picture as it is sent to the pages.
 
     pts_us: when its frame arrived (live) or its look was chosen (demo), in microseconds of
     time.monotonic().
     rotation_degrees: the counter-clockwise turn that makes the picture upright.
-    jpeg, before: the picture with and without makeup, as JPEG files; before only while a page
-    compares. None where no page wants JPEG.
-    video: the same as H.264, where a page wants that.
+    jpeg, before: the picture with and without makeup, as JPEG files; None if no page wants JPEG.
+    before is None, too, while no page compares.
+    video: the same pictures as H.264; None if no page wants H.264.
     """
 
     pts_us: int
@@ -45,7 +46,7 @@ class ShownPicture:
     video: "VideoPicture | None" = None
 
     def packed(self, compare: bool) -> bytes:
-        """Pack the binary message: head, painted JPEG, and the one before if a page compares."""
+        """Pack the binary message: head, painted JPEG, and the bare JPEG if the page compares."""
         assert self.jpeg is not None
         before = self.before if compare and self.before is not None else b""
         return self._message(0, self.jpeg, before)
@@ -65,7 +66,7 @@ class ShownPicture:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VideoPicture:
-    """A picture as H.264: packets that can be decoded only in their order, from a key frame on.
+    """A picture as H.264. Its packets can only be decoded in order, beginning with a key frame.
 
     number: counts the packets of the session; a page that missed one waits for a key frame.
     """
@@ -79,8 +80,8 @@ class VideoPicture:
 class Wanted:
     """What the pages of a session can use now.
 
-    jpeg: pages watch JPEG.  video: a page that watches H.264 can take a picture.  key: one of those
-    needs a key frame.
+    jpeg: some page watches JPEG.  video: a page that watches H.264 can take a picture.  key: such a
+    page needs a key frame.
     """
 
     jpeg: bool = True
@@ -92,8 +93,8 @@ class Wanted:
 class PhotoLook:
     """The look that was read from a photo, and the photo's name.
 
-    words: the look in words, with how sure each part is.  thumbnail: makes the photo's small JPEG;
-    slow at its first call.
+    words: the look in words, with the certainty of each part.  thumbnail: makes the photo's small
+    JPEG; the first call is slow.
     """
 
     name: str
@@ -118,14 +119,14 @@ Push = Callable[[ShownPicture], None]
 
 
 class Session(Protocol):
-    """One look, and the picture it is painted on."""
+    """One look, and the picture that the look is painted on."""
 
     @property
     def name(self) -> str:
         """The name that pages give in `?session=`."""
         ...
 
-    photo: PhotoLook | None  # the last photo: a page can return to its look
+    photo: PhotoLook | None  # the last photo that was read: a page can return to its look
 
     @property
     def has_video(self) -> bool:
@@ -149,15 +150,15 @@ class Session(Protocol):
         ...
 
     def want(self, wanted: Wanted, /) -> None:
-        """Make pictures as these from now on, and none that nobody can use."""
+        """From now on make only the kinds of pictures that pages want."""
         ...
 
     def show_again(self) -> None:
-        """Push the newest picture once more, as it is wanted now; slow, on any thread."""
+        """Push the newest picture once more, in the formats wanted now. Slow; on any thread."""
         ...
 
     def figures(self) -> Mapping[str, Any] | None:
-        """Return the fields of `figures` but viewers and screen_ms; None: no such message."""
+        """Return the fields of a figures message except viewers and screen_ms; None: send none."""
         ...
 
     def read(self, photo: bytes, name: str, face: str) -> PhotoLook | SeveralFaces:
@@ -172,15 +173,15 @@ class Session(Protocol):
         ...
 
     def record(self, on: bool) -> None:
-        """Start or stop a recording, unless it is so already. Raises MakeupVideoError."""
+        """Start or stop a recording, unless that is done already. Raises MakeupVideoError."""
         ...
 
     def cameras(self) -> dict[str, object]:
-        """Return names, name, sizes and size: what a page offers, and what is used. May be {}."""
+        """Return `names` and `sizes` to choose from, and `name` and `size` in use. May be {}."""
         ...
 
     def choose_camera(self, name: str, size: str) -> None:
-        """Use another camera, or another size. Raises MakeupVideoError, and keeps the old one."""
+        """Use another camera or another size. Raises MakeupVideoError and then changes nothing."""
         ...
 
     @property
@@ -191,17 +192,17 @@ class Session(Protocol):
     def whole_picture(self, both: bool) -> np.ndarray:
         """Return the newest picture, full size and upright: (H, W, 3) uint8 RGB.
 
-        both: the picture without makeup on the left, with it on the right; before a camera, the
-        next picture. Raises InputError when no picture comes.
+        both: the picture without makeup on the left, with makeup on the right; from a camera, this
+        is the next picture. Raises InputError when no picture comes.
         """
         ...
 
     def thumbnail(self, look: Look) -> bytes:
-        """Return the portrait's face with a look on, a small JPEG."""
+        """Return the portrait's face with a look on, as a small JPEG."""
         ...
 
     def portrait_thumbnail(self) -> bytes:
-        """Return the portrait without makeup, a small JPEG."""
+        """Return the portrait without makeup, as a small JPEG."""
         ...
 
 
@@ -212,7 +213,8 @@ class Show(Protocol):
     def mode(self) -> Literal["live", "demo"]: ...
 
     def enter(self, name: str, /) -> Session:
-        """Return the session of a name, or a new one. Raises UsageError for too many."""
+        """Return the session of a name, or a new session. Raises UsageError when there are too
+        many."""
         ...
 
     def leave(self, session: Session, /) -> None:
@@ -220,5 +222,5 @@ class Show(Protocol):
         ...
 
     def find(self, name: str, /) -> Session | None:
-        """Find a session that a page has entered, for uploads and downloads."""
+        """Find the session of a page that uploads or downloads; None if there is none."""
         ...

@@ -1,4 +1,4 @@
-"""Pictures made small, and as JPEG, for the page."""
+"""Scales pictures down and encodes them as JPEG, for the page."""
 
 import cv2
 import numpy as np
@@ -11,7 +11,7 @@ _JPEG = (
 
 
 def scaled(rgb8: np.ndarray, scale: float) -> np.ndarray:
-    """Average a picture, (H, W, 3) uint8 RGB, down by a scale below 1; others stay as they are."""
+    """Scale a picture, (H, W, 3) uint8 RGB, down by averaging; never enlarge a picture."""
     if scale >= 1:
         return rgb8
     h, w = rgb8.shape[:2]
@@ -20,11 +20,11 @@ def scaled(rgb8: np.ndarray, scale: float) -> np.ndarray:
 
 
 def jpeg(rgb8: np.ndarray) -> bytes:
-    """Encode a picture, (H, W, 3) uint8 RGB, in quality 90 with chroma in full size."""
+    """Encode a picture, (H, W, 3) uint8 RGB, as JPEG of quality 90 with chroma in full size."""
     _, data = cv2.imencode(".jpg", rgb8[..., ::-1], _JPEG)
     return data.tobytes()
 
 
 def small_jpeg(rgb8: np.ndarray, side_px: int = SLOT_PX) -> bytes:
-    """Encode a picture whose longer side is at most `side_px`."""
+    """Scale a picture down until its longer side is at most `side_px`, and encode it as JPEG."""
     return jpeg(scaled(rgb8, side_px / max(rgb8.shape[:2])))

@@ -1,4 +1,4 @@
-"""What a page uploads, a photo, a look or a catalogue: the body of a POST, kept in memory alone."""
+"""Uploads from a page: a photo, look or catalogue in the body of a POST, kept only in memory."""
 
 import asyncio
 import re
@@ -19,8 +19,9 @@ _SILENT_SECONDS = 10  # between two parts: a stalled upload must not keep others
 # A body that is too large is read and discarded up to this size, since a browser that is cut off
 # while it sends never sees the response.
 _THROWN_AWAY = 4 * PHOTO_BYTES
-# Characters that have no place in one line: controls, line ends, direction marks, what has no
-# width, lone surrogates. The joiners (U+200C, U+200D) are parts of words and emoji.
+# Characters that have no place in one line: controls, line ends, direction marks, characters
+# without width, lone surrogates. The joiners (U+200C, U+200D) are not listed, since words and emoji
+# contain them.
 _UNPRINTABLE = re.compile(
     "[\x00-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2060\u2066-\u2069\ufeff\ud800-\udfff]"
 )
@@ -30,7 +31,7 @@ T = TypeVar("T")
 
 
 class Uploads:
-    """Jobs on what pages upload; it limits how many uploads are in memory."""
+    """Runs jobs on uploads, and limits how many uploads are in memory at once."""
 
     def __init__(self, slow_jobs: SlowJobs) -> None:
         self._slow_jobs = slow_jobs
@@ -45,9 +46,9 @@ class Uploads:
     ) -> T:
         """Read the body, and return the job's result.
 
-        A page that gives up a request, as for a newer photo, leaves room for another: a job that
-        has not begun is left out, and the result of one that has is lost. most_bytes, what: see
-        `read_body`. Raises HTTPException, and what the job raises.
+        When a page gives up its request, as for a newer photo, there is room for another upload. A
+        job that has not begun is then left out, and the result of a job that has begun is lost.
+        most_bytes, what: see `read_body`. Raises HTTPException, and what the job raises.
         """
         if self._running >= AT_ONCE:
             raise HTTPException(503, "other uploads are being read: try again in a moment")
@@ -67,15 +68,17 @@ class Uploads:
         finally:
             self._running -= 1
             if submitted is not None and submitted.cancel():
-                body.clear()  # a job that is left out holds it until its turn
+                body.clear()  # a job that is left out would keep the body until its turn
 
 
 async def read_body(
     request: Request, most_bytes: int = PHOTO_BYTES, what: str | None = None
 ) -> bytearray:
-    """Read the body. what: names it in messages; None: by the name of its file.
+    """Read the body of a request.
 
-    Raises HTTPException: 413 when it is too large, 408 when it is too slow.
+    what: what messages call the body; None: they use the name of its file.
+    Raises HTTPException: 413 for a body that is too large, 408 for one that is too slow, 400 for
+    one that does not arrive completely.
     """
     declared = request.headers.get("content-length", "0")
     is_number = declared.isascii() and declared.isdigit()
@@ -114,12 +117,12 @@ def _size(count: int) -> str:
 
 
 def without_controls(text: str) -> str:
-    """Text of strangers without the characters that have no place in one line."""
+    """A text from a stranger, without the characters that have no place in one line."""
     return _UNPRINTABLE.sub("", text)
 
 
 def file_name(request: Request) -> str:
-    """Read the file's name from X-File-Name, percent-encoded: one line without a path."""
+    """Read the file's name from the percent-encoded X-File-Name, as one line without a path."""
     name = unquote(request.headers.get("x-file-name", ""))
     name = without_controls(re.split(r"[/\\]", name)[-1]).strip()
     if len(name) > _LONGEST_NAME:

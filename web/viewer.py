@@ -1,8 +1,8 @@
-"""One page that watches: what it is sent, and when.
+"""One page that watches: what the page is sent, and when.
 
 A page is sent the newest picture whenever few enough are on their way to its screen, and never sees
-the others. However slow a page is, the server keeps a few pictures and texts for it, and nothing
-waits for the page.
+the others. However slow a page is, the server keeps only a few pictures and texts for it, and
+nothing waits for the page.
 """
 
 import asyncio
@@ -13,26 +13,26 @@ from collections import deque
 from makeup_video.web.messages import error_message
 from makeup_video.web.session import Packet, ShownPicture, VideoPicture
 
-# Pictures on their way to a page. JPEG: one at the screen, one on its way, so no picture waits for
-# an acknowledgement.
+# Pictures on their way to a page. JPEG: one picture is being shown while another one is sent, so no
+# picture waits for an acknowledgement.
 IN_FLIGHT = 2
 # H.264: a page that is 100 ms away still gets 30 pictures a second. Nothing is encoded that no page
 # can take, so a single page misses no picture and needs no key frame.
 VIDEO_IN_FLIGHT = 3
-_TIMED = 60  # pictures over which the delay is measured
+_TIMED = 60  # pictures over which the median of the delay is taken
 
 
 class Viewer:
-    """What one page will be sent. Used on the server's loop alone."""
+    """What one page will be sent. Used only on the server's loop."""
 
     def __init__(self, first: str) -> None:
         self.comparing = self.is_video = False
-        self.seen: int | None = None  # the newest of its own looks, as it counts them
-        # by kind, of which only the newest text matters, in the order in which they came
+        self.seen: int | None = None  # the page's own count of its newest look that has arrived
+        # the newest text of each kind, in the order in which they came
         self._texts: dict[str, str] = {"hello": first}
         self._errors: deque[str] = deque(maxlen=4)
         self._picture: ShownPicture | None = None
-        self._is_unserved = True  # has had no picture since it came, or chose another kind
+        self._is_unserved = True  # the page still waits for a first picture of the chosen kind
         self._packets: deque[tuple[int, bytes]] = deque()  # pts_us and the message
         self._chain = _Chain()
         self._in_flight: deque[int] = deque()
@@ -44,7 +44,7 @@ class Viewer:
 
     @property
     def screen_ms(self) -> float | None:
-        """Delay from camera to screen, the median of about the last two seconds."""
+        """Delay from camera to screen in ms, the median of about the last two seconds."""
         return round(statistics.median(self._late_ms), 1) if self._late_ms else None
 
     @property
@@ -59,7 +59,7 @@ class Viewer:
 
     @property
     def is_starving(self) -> bool:
-        """Whether it waits for a picture of its kind, and would take one."""
+        """Whether the page waits for a picture of its kind, and would take one now."""
         return (self.needs_key and self.has_room) if self.is_video else self._is_unserved
 
     def choose(self, is_video: bool) -> None:
@@ -70,10 +70,10 @@ class Viewer:
         self._chain = _Chain()
 
     def offer(self, picture: ShownPicture) -> None:
-        """Take a picture if it is one that the page can show now.
+        """Take a picture if the page can show it now.
 
-        A JPEG replaces the one that waits. H.264 that finds no room breaks the chain: a page then
-        waits for a key frame.
+        A JPEG replaces the JPEG that waits. H.264 that finds no room breaks the chain: the page
+        then waits for a key frame.
         """
         if self.is_video:
             video = picture.video
@@ -89,7 +89,7 @@ class Viewer:
         self._has_news.set()
 
     def queue(self, kind: str, text: str) -> None:
-        """Send a text soon, after those that wait. An older one of its kind is dropped."""
+        """Send a text soon, after those that wait. An older text of this kind is dropped."""
         self._texts.pop(kind, None)
         self._texts[kind] = text
         self._has_news.set()
@@ -105,7 +105,7 @@ class Viewer:
         self._has_news.set()
 
     def shown(self, pts_us: int) -> None:
-        """Note that a picture is on the screen; those before it are, too, or never will be."""
+        """Note that a picture is on the screen. No older picture is on its way any longer."""
         if pts_us not in self._in_flight:
             return
         self._late_ms.append((time.monotonic_ns() // 1000 - pts_us) / 1000)
@@ -121,9 +121,10 @@ class Viewer:
         return message
 
     def _take(self) -> str | bytes | None:
-        """The message whose turn it is; None where none waits.
+        """The next message to send; None when no message waits.
 
-        Texts and pictures take turns: a text waits all the time while another page drags a slider.
+        Texts and pictures take turns. Otherwise pictures would never get their turn while another
+        page drags a slider, since a text then waits all the time.
         """
         message: str | bytes | None = self._take_picture() if self._sent_text else None
         message = message or self._take_text() or self._take_picture()
@@ -150,10 +151,10 @@ class Viewer:
 
 
 class _Chain:
-    """Which packets of H.264 a page has: the next one is of use only without a gap.
+    """Which packets of H.264 a page has: the next packet is of use only if none is missing.
 
     is_broken: only a key frame is of use.  sends_before: the pictures without makeup are sent, too.
-    lacks_before: they should be, and the next key frame is awaited.
+    lacks_before: the pictures without makeup should be sent, but a key frame must come first.
     """
 
     def __init__(self) -> None:
@@ -161,7 +162,7 @@ class _Chain:
         self._number = 0
 
     def takes(self, video: VideoPicture, compares: bool) -> bool:
-        """Whether the page can decode these packets; if so, they are noted as sent."""
+        """Whether the page can decode these packets. If so, notes that they are sent."""
         has_gap = self.is_broken or video.number != self._number + 1
         if has_gap and not video.painted[1]:
             self.is_broken = True
@@ -170,7 +171,7 @@ class _Chain:
         can_send = compares and video.before is not None
         continues = self.sends_before and not has_gap
         self.sends_before = can_send and (continues or _is_key(video.before))
-        # another page compares already, and its stream began before this one
+        # another page compares already, and this page has missed the start of that stream
         self.lacks_before = can_send and not self.sends_before
         return True
 

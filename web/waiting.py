@@ -1,4 +1,4 @@
-"""Slow jobs that requests wait for; a page that gives up its request leaves them out."""
+"""Lets requests wait for slow jobs. When a page gives up its request, its job is left out."""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine
@@ -25,21 +25,21 @@ async def while_wanted(request: Request, work: Coroutine[Any, Any, T]) -> T:
             raise HTTPException(400, "the page has given up this request: send it again")
         return working.result()
     finally:
-        working.cancel()  # on the loop's next turn
+        working.cancel()  # takes effect on the loop's next turn
         leaving.cancel()
 
 
 class OneAtATime:
-    """Jobs whose results pages fetch. One of them at a time waits for its thread, so that a picture
-    or a photo never waits for many."""
+    """Runs jobs whose results pages fetch. Only one of these jobs at a time waits for the thread,
+    so that a picture or a photo never waits for many of them."""
 
     def __init__(self, run: Run) -> None:
-        """run: of the thread, a method of SlowJobs."""
+        """run: the method of SlowJobs that runs a job on the thread."""
         self._run = run
         self._one = asyncio.Lock()
 
     async def run(self, request: Request, job: Callable[[], T]) -> T:
-        """Return the job's result; a page that has left gets none. Raises as `while_wanted`."""
+        """Return the job's result, unless the page has left. Raises as `while_wanted`."""
         return await while_wanted(request, self._in_turn(job))
 
     async def _in_turn(self, job: Callable[[], T]) -> T:

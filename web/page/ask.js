@@ -4,7 +4,7 @@ const PATIENCE_MS = 30_000;
 
 export const NO_ANSWER = "the server does not answer. Try again in a moment.";
 
-/** `fetch` that gives up in the end: a peer that is lost may never close its connection. */
+/** `fetch` that gives up after PATIENCE_MS: a lost peer may never close its connection. */
 export const ask = (address, options = {}) =>
   fetch(address, { signal: AbortSignal.timeout(PATIENCE_MS), ...options });
 
@@ -18,7 +18,8 @@ export const unreadable = (name) =>
 /** Whether the browser can read a file; otherwise a request with it would seem to get no answer. */
 export async function isReadable(file) {
   try {
-    // of a file that is gone some browsers say that it is empty, and a part of nothing can be read
+    // Some browsers report a file that is gone as empty, and reading a part of an empty file
+    // succeeds.
     await (file.size ? file.slice(0, 1) : file).arrayBuffer();
     return true;
   } catch {

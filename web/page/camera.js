@@ -8,8 +8,8 @@ const OWN_SIZE = "the file’s own size";
 const section = byId("camera");
 
 /**
- * Show what may be chosen. session: its name.  onOwner(isOwner): told whether this is the machine of
- * the camera.  onError(text): shows a refusal; "" clears it.
+ * Show the cameras and sizes to choose from. session: its name.  onOwner(isOwner): is called with
+ * whether this page is on the camera's machine.  onError(text): shows a refusal; "" clears it.
  */
 export async function showCameras(session, onOwner, onError) {
   let choices;
@@ -35,7 +35,7 @@ function show(choices, session, onError) {
     onError("");
     section.setAttribute("aria-busy", "true");
     const chosen = {
-      // empty: as it is now, which another page may have chosen since
+      // "": as it is now, since another page may have chosen something else meanwhile
       name: target.name === "camera" ? target.value : "",
       size: target.name === "size" ? target.value : "",
     };

@@ -1,4 +1,4 @@
-// What has been changed since a look was read from a photo, in words.
+// Says in words what has been changed since a look was read from a photo.
 
 import { layersOf } from "./layers.js";
 import { sameLook } from "./look.js";

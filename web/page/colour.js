@@ -1,4 +1,4 @@
-// A colour: its hex digits, and the well and field that change it.
+// A colour: its hex digits, and the colour well and text field that change the colour.
 
 import { el, newId } from "./elements.js";
 
@@ -48,7 +48,7 @@ export function colourField(label, onInput) {
   });
   hex.addEventListener("change", () => {
     const rgb = readHex(hex.value);
-    // the first digits of a longer text may have been a colour
+    // the first digits of a longer text may have been taken for a colour
     const chosen = rgb ?? (before && readHex(before));
     if (chosen !== null) onInput(chosen);
     error.textContent =
@@ -59,10 +59,10 @@ export function colourField(label, onInput) {
   });
   hex.addEventListener("blur", () => {
     hex.value = current;
-    before = null; // "change" does not come when the text is the same as at first
+    before = null; // there is no "change" event when the text is the same as at first
   });
   const set = (params) => {
-    if (hexOf(params) !== current) error.textContent = ""; // of an older text
+    if (hexOf(params) !== current) error.textContent = ""; // the error is about an older text
     current = hexOf(params);
     if (well.value.toUpperCase() !== current) well.value = current.toLowerCase();
     if (document.activeElement !== hex) hex.value = current;

@@ -3,8 +3,8 @@
 
 import { byId, clamp } from "./elements.js";
 
-const STEP = 0.02;
-const PAGE = 0.1;
+const STEP = 0.02; // of the width, for an arrow key
+const PAGE = 0.1; // for Page Up and Page Down
 
 /** ask(on): called when pictures without makeup are needed, and when they no longer are. */
 export class Compare {
@@ -47,7 +47,7 @@ export class Compare {
     this.#show();
   }
 
-  /** Ask again after a new connection, since the server has forgotten. */
+  /** Ask again on a new connection, since the server has forgotten the request. */
   askAgain() {
     this.#asked = false;
     this.#show();

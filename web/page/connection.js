@@ -4,22 +4,22 @@ import { addressOf } from "./ask.js";
 import { isText, recall, remember } from "./remember.js";
 
 const HEADER_BYTES = 20; // <QHHII: pts in us, rotation, flags, bytes painted, bytes before
-const IS_VIDEO = 1; // flags: H.264 rather than JPEG; either part is a key frame
-const KEY = 2;
-const KEY_BEFORE = 4;
+const IS_VIDEO = 1; // a flag: both parts are H.264, not JPEG
+const KEY = 2; // the painted part is a key frame
+const KEY_BEFORE = 4; // the part without makeup is a key frame
 const FIRST_PAUSE_MS = 400;
 const LONGEST_PAUSE_MS = 5000;
-// Before a camera, figures come twice a second, but wait behind a picture on its way. On a slow
-// network that takes long, so each loss in a row doubles the patience.
+// With a camera, figures come twice a second, but wait behind a picture that is being sent. On a
+// slow network a picture takes long, so each loss in a row doubles the patience.
 const SILENT_S = 5;
 const LONGEST_SILENT_S = 40;
-const OPENING_S = 10; // until the first message
-// a page that is reloaded finds its portrait and look again
+const OPENING_S = 10; // patience until the first message
+// kept so that a reloaded page finds its portrait and look again
 const SESSION = "session";
 const SESSION_PLACE = "sessionStorage";
 
 /**
- * Parse a picture: {pts, rotation, isVideo, painted, before}, each of the last two {data, isKey};
+ * Parse a picture: {pts, rotation, isVideo, painted, before}. painted and before are {data, isKey};
  * before may be null.
  */
 export function parsePicture(buffer) {
@@ -42,20 +42,21 @@ export function parsePicture(buffer) {
 }
 
 /**
- * Stays connected. `on` has a function for each type of message (hello, look, figures, error, bye),
- * `picture` for pictures, and `lost(stopped)`, called once whenever the connection is lost.
+ * A connection that is opened again when it is lost. `on` has a function for each type of message
+ * (hello, look, figures, error, bye, ...), `picture` for pictures, and `lost(stopped)`, which is
+ * called once whenever the connection is lost.
  */
 export class Connection {
   #on;
   #socket = null;
   #pauseMs = FIRST_PAUSE_MS;
   #timer = 0;
-  #stopped = false; // the server announced that it stops
+  #stopped = false; // whether the server announced that it stops
   #isUp = false;
   #mode = ""; // live or demo
-  #silentS = 0; // without a message, while the page ran: a sleeping laptop counts none
+  #silentS = 0; // seconds without a message while the page ran; a laptop's sleep does not count
   #patienceS = SILENT_S; // the silence after which the connection counts as lost
-  // our last one, which the server may still have
+  // the name of our last session, which the server may still have
   #session = recall(SESSION, (name) => (isText(name) ? name : ""), SESSION_PLACE);
 
   constructor(on) {
@@ -73,8 +74,8 @@ export class Connection {
   }
 
   /**
-   * Send a message; returns false, and does nothing, while the connection is lost. Before hello it
-   * still counts as lost: the look in hello would replace a look that was sent earlier.
+   * Send a message; returns false, and does nothing, while the connection is lost. Until hello
+   * arrives, the connection counts as lost: the look in hello would replace a look sent earlier.
    */
   send(message) {
     if (!this.#isUp || this.#socket?.readyState !== WebSocket.OPEN) return false;
@@ -98,7 +99,7 @@ export class Connection {
     const silentS = this.#silentS;
     this.#silentS = 0;
     if (typeof data !== "string") {
-      // a picture right behind another message: the network is fast enough, or is so again
+      // a picture came right after another message, so the network is fast enough (again)
       if (silentS === 0) this.#patienceS = SILENT_S;
       this.#on.picture(parsePicture(data));
       return;
@@ -124,7 +125,7 @@ export class Connection {
     this.#pauseMs = Math.min(2 * this.#pauseMs, LONGEST_PAUSE_MS);
   }
 
-  /** Give up a connection whose other end is lost without a close. A demo may be silent. */
+  /** Give up a connection whose other end was lost without closing it. A demo may be silent. */
   #watch() {
     if (this.#socket === null || (this.#isUp && this.#mode !== "live")) return;
     this.#silentS += 1;

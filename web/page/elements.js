@@ -1,6 +1,9 @@
 // Helpers that make elements.
 
-/** el("button", {type: "button"}, "text", child). Sets a property, else an attribute. */
+/**
+ * Make an element: el("button", {type: "button"}, "text", child). Sets each property that the
+ * element has; any other name becomes an attribute.
+ */
 export function el(tag, properties = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(properties)) {
@@ -15,7 +18,7 @@ export const byId = (id) => document.getElementById(id);
 
 export const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
 
-/** A canvas of a size in CSS pixels, with up to two pixels of the screen for each. */
+/** A canvas of a size in CSS pixels, with up to two of its own pixels for each CSS pixel. */
 export function fineCanvas(width, height) {
   const scale = clamp(window.devicePixelRatio, 1, 2);
   return el("canvas", {
@@ -27,7 +30,7 @@ export function fineCanvas(width, height) {
 
 /** Call `work` for each click on a button; clicks while its promise is pending do nothing. */
 export function oneAtATime(button, work) {
-  // not `disabled`, which would take the focus from the button
+  // does not use `disabled`, which would take the focus from the button
   button.onclick = async () => {
     if (button.getAttribute("aria-busy") === "true") return;
     button.setAttribute("aria-busy", "true");

@@ -6,15 +6,15 @@ const dialog = byId("faces");
 const picture = dialog.querySelector(".picture");
 
 /**
- * Ask which face is meant. error, picture, faces: as in the answer of /photo.  signal: aborted when
- * a newer photo is given. Resolves to the number of the face, or to null when none is chosen.
+ * Ask the visitor which face to read. error, picture, faces: as in the answer of /photo.  signal:
+ * aborted when a newer photo is given. Resolves to the face's number, or to null for no face.
  */
 export function chooseFace({ error, picture: jpeg, faces }, signal) {
   dialog.querySelector("h2").textContent = error;
   const image = el("img", { alt: "", draggable: false, src: URL.createObjectURL(blobOf(jpeg)) });
   return new Promise((resolve) => {
     const buttons = faces.map((face) => {
-      const label = `Face ${face.number}`; // as the command numbers it
+      const label = `Face ${face.number}`; // the command uses the same numbers
       const button = el("button", { type: "button", "aria-label": label }, el("b", {}, face.number));
       for (const side of ["left", "top", "width", "height"])
         button.style[side] = `${100 * face[side]}%`;

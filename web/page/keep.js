@@ -1,4 +1,4 @@
-// Saving and opening: the look as a file, the picture as PNG, undo and redo.
+// Saves and opens looks as files, saves the picture as PNG, and connects undo and redo.
 
 import { addressOf, isReadable, NO_ANSWER, unreadable } from "./ask.js";
 import { byId, oneAtATime } from "./elements.js";
@@ -6,8 +6,8 @@ import { lookFile } from "./look.js";
 import { tellInFullScreen } from "./status.js";
 
 const ERROR_MS = 20_000;
-const PICTURE_MS = 120_000; // until the answer begins: a PNG waits for those of other pages
-const MOST_BYTES = 64_000; // of a look file: the server cuts off a page that sends more than 65,536
+const PICTURE_MS = 120_000; // until the answer begins: a PNG waits for the PNGs of other pages
+const MOST_BYTES = 64_000; // of a look file: a page that sends more than 65,536 is cut off
 const error = byId("error");
 const name = byId("name");
 let clearing = 0;
@@ -29,7 +29,7 @@ function download(blob, ending) {
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }
 
-/** more: {both: ""} for before and after side by side. */
+/** Download the picture. more: {both: ""} for before and after side by side. */
 async function downloadPicture(session, more = {}) {
   showError("");
   try {
@@ -45,7 +45,7 @@ async function downloadPicture(session, more = {}) {
   }
 }
 
-/** Read a look file and send(look, file) it; the server returns the complete look, or an error. */
+/** Read a look file and call send(look, file). The server returns the complete look or an error. */
 export async function openLook(file, send) {
   showError("");
   const choose = "choose a JSON file made by “Save look”.";
@@ -79,7 +79,7 @@ export function wireKeep(store, session, send) {
     input.value = "";
   });
   name.addEventListener("input", () => (store.name = name.value));
-  // not `disabled`, which would take the focus from the button
+  // does not use `disabled`, which would take the focus from the button
   const enable = (id, can) => byId(id).setAttribute("aria-disabled", !can);
   store.addEventListener("change", () => {
     if (name.value !== store.name) name.value = store.name;

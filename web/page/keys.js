@@ -1,12 +1,12 @@
-// Keys of the whole page. The "?" dialog in index.html lists them, and switches single keys off:
-// people who dictate, or touch keys by accident, would set them off.
+// Keys of the whole page. The "?" dialog in index.html lists them, and can switch off the keys that
+// work without Ctrl: people who dictate, or touch keys by accident, would trigger them.
 
 import { byId } from "./elements.js";
 import { listenToOtherPages, recall, remember } from "./remember.js";
 
 const SINGLE_KEYS = "single keys";
 
-/** Fields in which the visitor types. */
+/** A selector for fields in which the visitor types. */
 export const TYPED =
   "input:not([type=range], [type=checkbox], [type=radio], [type=file], [type=color]), " +
   "textarea, select";

@@ -18,26 +18,26 @@ import { drawSwatch } from "./swatch.js";
 
 const SHINE = ["gloss", "gloss_roughness", "reflection"];
 
-/** The tab of a kind, and its panel, whose controls change the chosen layer. */
+/** The tab of a kind, and the panel whose controls change the chosen layer. */
 export class KindControls {
   #store;
   #kind;
   #hello;
-  #layers; // what was worn before the kind was taken off, or what it begins with
+  #layers; // the layers worn now, or before the kind was taken off, or at first
   #at = 0; // the chosen layer
   #isWorn = false;
-  #parts = []; // set(layer) of each control
+  #parts = []; // for each control, the function set(layer) that shows the layer
   #finishes = []; // [canvas, settings]
   #shades;
   #tabSwatch = fineCanvas(88, 30);
   #tabText = el("small");
   #switch = el("input", { type: "checkbox", role: "switch" }); // whether the kind is worn
   #body; // the controls below the switch
-  #row = null; // of layers, where the kind may have several
-  #drawn = ""; // what the swatches of the panel show
+  #row = null; // the row of layers, for a kind that may have several
+  #drawn = ""; // the products and the layer that the panel's swatches show, as text
   #draw = oncePerFrame(() => this.#drawSwatches());
 
-  /** kind: one of hello.kinds.  shades: those of all kinds.  openShades(file): reads a catalogue. */
+  /** kind: one of hello.kinds.  shades: for all kinds.  openShades(file): reads a catalogue. */
   constructor(kind, hello, store, shades, openShades) {
     this.#kind = kind;
     this.#hello = hello;
@@ -68,7 +68,7 @@ export class KindControls {
     if (this.#isWorn) this.#layers = layers;
     this.#at = Math.min(this.#at, this.#layers.length - 1);
     this.#switch.checked = this.#isWorn;
-    this.#body.classList.toggle("off", !this.#isWorn); // any change puts it on
+    this.#body.classList.toggle("off", !this.#isWorn); // any change puts the kind on again
     for (const set of this.#parts) set(this.#layers[this.#at]);
     this.#row?.show(this.#layers, this.#at);
     this.#tabText.textContent = this.#words();
@@ -90,7 +90,7 @@ export class KindControls {
     return finishOf(this.#layers[0].product, this.#hello.finishes, this.#kind.part) ?? "custom";
   }
 
-  /** change(layers, layer): alters copies of the layers and of the chosen one of them. */
+  /** change(layers, layer): alters copies of the layers; layer is the chosen one of them. */
   #edit(change) {
     this.#store.edit((look) => this.#change(look, change));
   }
@@ -241,7 +241,7 @@ export class KindControls {
     return element;
   }
 
-  /** Draw what has changed and can be seen: a slider that is dragged leaves no time for more. */
+  /** Draw only what has changed and is visible: a dragged slider leaves no time for more. */
   #drawSwatches() {
     const { swatch } = this.#kind;
     const products = this.#layers.map((layer) => layer.product);

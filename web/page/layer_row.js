@@ -34,7 +34,7 @@ export class LayerRow {
     this.element = el("div", { className: "layers" }, this.#row, this.#remove);
   }
 
-  /** Show the layers; at: the chosen one. */
+  /** Show the layers.  at: the index of the chosen one. */
   show(layers, at) {
     this.#layers = layers;
     while (this.#swatches.length < layers.length)
@@ -70,13 +70,13 @@ export class LayerRow {
     return { canvas, text, button: el("button", { type: "button", onclick }, canvas, text) };
   }
 
-  /** The button vanishes with the last layer that there may be: the focus stays in the row. */
+  /** Once no more layers fit, the button vanishes, so the focus moves to the last layer. */
   #added() {
     this.#on.add();
     if (this.#add.hidden) this.#swatches.at(-1).button.focus();
   }
 
-  /** The button may vanish with the layer before the last: the focus stays in the row. */
+  /** Once only one layer is left, the button vanishes, so the focus moves to this layer. */
   #removed() {
     this.#on.remove();
     if (this.#remove.hidden) this.#swatches[0].button.focus();

@@ -1,13 +1,13 @@
-// The layers of a look: those of one kind, and what they are worn with.
+// The layers of a look: by kind, and with their shapes and finishes.
 
-export const BOTH = "both"; // of the dial `eye`
+export const BOTH = "both"; // a value of the dial `eye`
 
 /** The layers of one kind, in the order of painting. */
 export const layersOf = (look, kind) => look.layers.filter((layer) => layer.kind === kind.name);
 
 /**
- * Give the look these layers of one kind; none takes the kind off. The layers stay in the order of
- * painting, as the server has them. kinds: all of them, as in hello.
+ * Give the look these layers of one kind; an empty list takes the kind off. All layers stay in the
+ * order of painting, as on the server. kinds: all kinds, as in hello.
  */
 export function putLayers(look, kind, layers, kinds) {
   const order = Object.fromEntries(kinds.map((one) => [one.name, one.order]));
@@ -21,8 +21,10 @@ export function firstLayer(kind, finishes) {
   return { kind: kind.name, strength: 1, product, shape: {} };
 }
 
-/** A layer to add to others of its kind: the same product in the first place that is free, on the
- * same eyes. */
+/**
+ * A layer to add to others of its kind: the product of the layer `like` on the same eyes, in the
+ * first slot that is free there.
+ */
 export function anotherLayer(kind, layers, like) {
   const { eye } = like.shape;
   const beside = layers.filter(({ shape }) => eyesOf(shape).some((one) => eyesOf({ eye }).includes(one)));
@@ -32,7 +34,7 @@ export function anotherLayer(kind, layers, like) {
   return { ...structuredClone(like), strength: 1, shape };
 }
 
-/** Whether there may be another layer on the eyes that wear this one. */
+/** Whether the eyes that wear this layer may have another layer of its kind. */
 export function hasRoom(kind, layers, { shape }) {
   const on = (eye) => layers.filter((layer) => eyesOf(layer.shape).includes(eye)).length;
   return eyesOf(shape).every((eye) => on(eye) < kind.most);
@@ -42,13 +44,13 @@ function eyesOf({ eye = BOTH }) {
   return eye === BOTH ? ["left", "right"] : [eye];
 }
 
-/** A value for each dial of the kind: the shape's own, else that of its slot, else the default. */
+/** A value for each dial of the kind: from the shape, else from its slot, else the default. */
 export function wholeShape(kind, shape) {
   const defaults = Object.fromEntries(kind.dials.map((dial) => [dial.name, dial.default]));
   return { ...defaults, ...kind.slots[shape.slot ?? defaults.slot], ...shape };
 }
 
-/** The name of a product's finish; undefined when its settings are those of none. */
+/** The name of a product's finish; undefined when no finish has the product's settings. */
 export function finishOf(product, finishes, part) {
   return Object.keys(finishes).find((name) =>
     Object.entries(finishes[name][part]).every(

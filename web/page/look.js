@@ -1,4 +1,4 @@
-// The current look: changed by hand, by photos and by other pages; sent, undone, saved.
+// The current look, which the visitor, photos and other pages change; sending, undo, the file.
 
 import { isObject, isText } from "./remember.js";
 
@@ -13,7 +13,7 @@ function canonical(value) {
   return `{${keys.map((key) => `${key}:${canonical(value[key])}`).join()}}`;
 }
 
-const texts = new WeakMap(); // by look, and by parts of looks: none is changed in place
+const texts = new WeakMap(); // by look and by part of a look, which are never changed in place
 
 function textOf(value) {
   if (!isObject(value)) return canonical(value);
@@ -40,7 +40,7 @@ export function isLook(value) {
   );
 }
 
-/** What the look of a file is called. */
+/** The name of a look that comes from a file. */
 export const nameAfter = (fileName) => fileName.replace(/\.[^.]*$/, "") || fileName;
 
 /** The text of a look file, as `Look.save` writes it. */
@@ -52,17 +52,17 @@ export function lookFile(look) {
   return `${written}\n`;
 }
 
-/** Fires "change" with each `look` or `name`. The objects of `look` are never changed in place. */
+/** Fires "change" for each new look or name. The objects of `look` are never changed in place. */
 export class LookStore extends EventTarget {
   look = null;
   photoLook = null; // the look that was last read from a photo
   #send;
   #sendScheduled = false;
-  #count = 0; // of our own looks on this connection, with the one about to be sent
-  #seen = 0; // how many of these the server has confirmed
+  #count = 0; // of our own looks on this connection, including the look about to be sent
+  #seen = 0; // how many of these looks the server has confirmed
   #name = "look";
-  #awaited = null; // {file, look}: of a file, sent to the server, which returns the whole look
-  #past = []; // {look, name}; name: null where the change after it left the name alone
+  #awaited = null; // {file, look}: the look of a file that was sent; the server will return it
+  #past = []; // {look, name}; name is null if the change after this look left the name alone
   #future = [];
   #settled = true;
   #settleTimer = 0;
@@ -77,7 +77,7 @@ export class LookStore extends EventTarget {
     return this.#name;
   }
 
-  /** Name the look; this is no step of undo. */
+  /** Name the look; undo does not count this as a step. */
   set name(name) {
     this.#name = name;
     this.dispatchEvent(new Event("change"));
@@ -95,7 +95,7 @@ export class LookStore extends EventTarget {
     return this.photoLook === null || sameLook(this.photoLook, this.look);
   }
 
-  /** Whether the server may lack our last look, which may be lost even after it was sent. */
+  /** Whether the server may lack our last look: even a look that was sent may be lost. */
   get isUnconfirmed() {
     return this.#count > this.#seen;
   }
@@ -131,7 +131,7 @@ export class LookStore extends EventTarget {
     this.#put(look);
   }
 
-  /** Change the look by hand in one step of undo, however soon after the last one. */
+  /** Change the look by hand as a step of undo of its own, however soon after the last one. */
   step(change) {
     const look = structuredClone(this.look);
     change(look);
@@ -150,12 +150,12 @@ export class LookStore extends EventTarget {
     this.#put(structuredClone(look));
   }
 
-  /** Note that the look of a file was sent: the look that the server returns is named after it. */
+  /** Note that the look of a file was sent. The look that the server returns is named after it. */
   expect(file, look) {
     this.#awaited = { file, look };
   }
 
-  /** Expect no file's look any longer; returns the name of the file, or "". */
+  /** Stop waiting for the look of a file; returns the name of the file, or "". */
   giveUpFile() {
     const file = this.#awaited?.file ?? "";
     this.#awaited = null;
@@ -163,8 +163,8 @@ export class LookStore extends EventTarget {
   }
 
   /**
-   * Take a look from the server. photo: {name, look}, when it has just been read from a photo.
-   * seen: how many of our looks the server had by then; newer ones win over this look.
+   * Take a look from the server. photo: {name, look}, if the look has just been read from a photo.
+   * seen: how many of our looks the server had received by then; newer ones win over this look.
    */
   receive(look, photo, seen) {
     if (photo) this.photoLook = photo.look;
@@ -176,9 +176,9 @@ export class LookStore extends EventTarget {
     this.#adopt(look, photo ? nameAfter(photo.name) : this.#nameFor(look));
   }
 
-  /** The name of a look from the server that comes from no photo. */
+  /** The name for a look from the server that was not read from a photo. */
   #nameFor(look) {
-    // with the error about a file, the server sends the look that is worn
+    // When the server refuses a file, it sends the look that is worn, too.
     const isWorn = sameLook(look, this.look);
     const { look: sent } = this.#awaited ?? {};
     if (!sent || (isWorn && !sameLook(look, sent))) return this.#name;
@@ -201,7 +201,7 @@ export class LookStore extends EventTarget {
     this.#put(look);
   }
 
-  /** Remember the look before a change. name: that of the look after it. */
+  /** Remember the look before a change. name: the name of the look after the change. */
   #remember(name) {
     this.#past.push({ look: this.look, name: name === this.#name ? null : this.#name });
     if (this.#past.length > STEPS) this.#past.shift();
@@ -212,11 +212,11 @@ export class LookStore extends EventTarget {
     const isNew = this.look !== null && !sameLook(look, this.look);
     if (isNew && (this.#settled || name !== this.#name)) this.#remember(name);
     this.#name = name;
-    this.#show(look); // even the same one: photoLook may have changed
+    this.#show(look); // even for the same look, since photoLook may have changed
   }
 
   #put(look) {
-    this.#awaited = null; // the server receives our look after that of the file
+    this.#awaited = null; // the server receives our look after the file's look
     this.#show(look);
     if (this.#sendScheduled) return;
     this.#sendScheduled = true;

@@ -1,4 +1,4 @@
-// Looks as thumbnails on the portrait: those that the visitor keeps, used last, and the ready ones.
+// Looks as thumbnails on the portrait: kept looks, looks from the last photos, and ready looks.
 
 import { addressOf, ask, NO_ANSWER } from "./ask.js";
 import { byId, el, oneAtATime } from "./elements.js";
@@ -18,7 +18,7 @@ const FULL =
 const namedLooks = (value) =>
   listOf(value, (one) => isObject(one) && isText(one.name) && isLook(one.look));
 
-/** A button for each look. */
+/** The row with a button for each look. */
 export class Looks {
   #store;
   #onError;
@@ -26,14 +26,14 @@ export class Looks {
   #row = el("div", { className: "thumbs", role: "group", "aria-label": "Looks" });
   #star = el("span", { "aria-hidden": "true" });
   #keep;
-  #mine; // before a camera: show the looks on the visitor
+  #mine; // with a camera: the button that shows the looks on the visitor
   #ready = []; // {name, words, look}
   #kept = recall(KEPT, namedLooks);
   #recent = recall(RECENT, namedLooks);
   #shown = []; // {name, look, button, image, isDrawn}
   #session = "";
   #retrying = 0;
-  #round = 0; // counts the portraits, so that thumbnails of an older one are not asked for
+  #round = 0; // changes when drawing starts over or pauses, which ends a drawing in progress
 
   /** onError(text): shows a refusal; "" clears it. */
   constructor(store, onError) {
@@ -53,12 +53,12 @@ export class Looks {
     });
   }
 
-  /** The name under which the look is kept; undefined where it is not. */
+  /** The name under which the current look is kept; undefined if it is not kept. */
   get keptName() {
     return this.#kept.find(({ look }) => sameLook(look, this.#store.look))?.name;
   }
 
-  /** Called for each hello: makes the row, or completes its thumbnails. */
+  /** Make the row, or draw its thumbnails again. Called for each hello. */
   start({ session, mode }) {
     this.#session = session;
     this.#mine.hidden = mode !== "live";
@@ -72,7 +72,7 @@ export class Looks {
     this.draw();
   }
 
-  /** Note a look that came from a photo; it can be put on again later. */
+  /** Note a look that came from a photo, so that it can be put on again later. */
   used(name, look) {
     this.#recent = revise(RECENT, namedLooks, (recent) =>
       [{ name, look }, ...without(recent, look)].slice(0, MOST_RECENT),
@@ -80,18 +80,18 @@ export class Looks {
     this.#fill();
   }
 
-  /** Ask for all thumbnails, which change with the portrait. */
+  /** Ask for all thumbnails anew, since they change with the portrait. */
   draw() {
     for (const one of this.#shown) one.isDrawn = false;
     return this.#draw();
   }
 
-  /** Ask for no more thumbnails; the next hello goes on. */
+  /** Stop asking for thumbnails until the next hello. */
   pause() {
     this.#round += 1;
   }
 
-  /** Ask for the thumbnails that are missing, one after the other. */
+  /** Ask for the missing thumbnails, one after the other. */
   async #draw() {
     const round = ++this.#round;
     for (const one of this.#shown) {
@@ -107,7 +107,7 @@ export class Looks {
     try {
       const response = await ask(address, { method: "POST", body: JSON.stringify(one.look) });
       if (!response.ok) {
-        one.isDrawn = response.status === 400; // the look is refused; others are drawn later
+        one.isDrawn = response.status === 400; // a refused look is not asked for again
         return;
       }
       const jpeg = await response.blob();
@@ -135,7 +135,7 @@ export class Looks {
     this.#fill();
   }
 
-  /** Make the buttons; those that are there already keep their pictures. */
+  /** Make the buttons; buttons that exist already keep their pictures. */
   #fill() {
     const isNew = ({ look }) => !this.#kept.some((one) => sameLook(one.look, look));
     const all = [...this.#kept, ...this.#recent.filter(isNew), ...this.#ready];
@@ -171,7 +171,7 @@ export class Looks {
     return this.#store.name.trim() || "look";
   }
 
-  /** Keep the look under its name, or no longer keep it. */
+  /** Keep the current look under its name, or stop keeping it. */
   #toggle() {
     const { look } = this.#store;
     const isKept = this.keptName === this.#name;

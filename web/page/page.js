@@ -1,4 +1,4 @@
-// The page: connects the server's messages with the parts of the page.
+// Connects the server's messages with the parts of the page.
 
 import { showCameras } from "./camera.js";
 import { changesSince } from "./changes.js";
@@ -25,7 +25,7 @@ const WAITING = "Waiting for the first frame …";
 
 let hello = null;
 let controls = null;
-let pictureKind = choosePictures(); // until a decoder fails
+let pictureKind = choosePictures(); // holds until a decoder fails
 
 const store = new LookStore((look, n) => connection.send({ type: "look", look, n }));
 const picture = new Picture(
@@ -39,7 +39,7 @@ const picture = new Picture(
   },
 );
 const compare = new Compare(picture, (on) => connection.send({ type: "compare", on }));
-// without a count: the server returns the look with its defaults filled in
+// sent without a count `n`, so the server returns the look with its defaults filled in
 const sendFile = (look, file) => {
   if (connection.send({ type: "look", look })) store.expect(file.name, look);
   else showError(`${file.name} could not be opened: ${NOT_SENT}`);
@@ -67,7 +67,7 @@ const connection = new Connection({
   figures: showFigures,
   error({ text }) {
     const file = store.giveUpFile();
-    // a page that is refused when it reconnects is not up, and tries again every few seconds
+    // A page that is refused when it connects is not up. It tries again every few seconds.
     if (!connection.isUp) showVeil(text);
     else showError(file ? `${file}: ${text}` : text);
   },
@@ -89,7 +89,7 @@ const connection = new Connection({
 function welcome(message) {
   const isFirst = hello === null;
   if (!isFirst && message.mode !== hello.mode) {
-    location.reload(); // another command took the port: most of the page differs
+    location.reload(); // another command has taken the port, and most of its page differs
     return;
   }
   const forgotten = !isFirst && message.mode === "demo" && message.session !== hello.session;
@@ -97,7 +97,7 @@ function welcome(message) {
   hello = message;
   document.title = `makeup-video ${hello.mode}`;
   document.body.dataset.mode = hello.mode;
-  byId("mirror-button").hidden = hello.mode === "demo"; // only of use before a camera
+  byId("mirror-button").hidden = hello.mode === "demo"; // only useful with a camera
   if (hello.mode === "live") askForCameras();
   const photoLook = forgotten ? store.photoLook : (hello.photo?.look ?? null);
   store.start(isMine ? store.look : hello.look, photoLook);
@@ -107,7 +107,7 @@ function welcome(message) {
   looks.start(hello);
   if (!forgotten) {
     if (hello.photo) showPhoto(hello.photo);
-    else byId("look-words").hidden = true; // of a photo that the server has no more
+    else byId("look-words").hidden = true; // the server no longer has the photo
   }
   if (isMine) store.sendAgain();
   compare.askAgain();
@@ -124,7 +124,7 @@ function askForCameras() {
   showCameras(hello.session, showRecord, showError);
 }
 
-/** Name the look of a page that is reloaded as it was kept, or after its photo. */
+/** Name the look of a reloaded page: by the name under which it is kept, or after its photo. */
 function nameFirst() {
   const name = looks.keptName ?? (hello.photo && nameAfter(hello.photo.name));
   if (name) store.name = name;
@@ -146,7 +146,7 @@ function showChanges() {
   line.lastElementChild.textContent = changes;
 }
 
-/** Make a button switch on and off; returns the switch. */
+/** Make a button switch something on and off; returns the function that switches. */
 function toggle(id, change) {
   const button = byId(id);
   return (button.onclick = () => {
@@ -162,7 +162,7 @@ function wireTools() {
   const help = () => byId("help").showModal();
   const full = () => {
     if (document.fullscreenElement) document.exitFullscreen();
-    else byId("viewer").requestFullscreen?.(); // iPhones have none
+    else byId("viewer").requestFullscreen?.(); // iPhones lack this method
   };
   byId("help-button").onclick = help;
   byId("full-button").onclick = full;
@@ -187,7 +187,7 @@ function wireTools() {
 }
 
 store.addEventListener("change", () => {
-  if (store.look === null) return; // only the name, typed before the first look came
+  if (store.look === null) return; // only the name changed, before the first look came
   showChanges();
   shades.note(store.look, hello.kinds);
 });

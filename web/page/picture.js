@@ -1,26 +1,27 @@
-// The canvas. Pictures are decoded off the main thread; the newest wins; each is acknowledged.
+// The canvas. Pictures are decoded off the main thread. Only the newest is drawn, but each one is
+// acknowledged.
 
 import { VideoStream } from "./video.js";
 import { WHOLE } from "./zoom.js";
 
-const widthOf = (image) => image.displayWidth ?? image.width; // of a VideoFrame, an ImageBitmap
+const widthOf = (image) => image.displayWidth ?? image.width; // a VideoFrame or an ImageBitmap
 const heightOf = (image) => image.displayHeight ?? image.height;
 
-/** Decode the JPEGs of a picture: bitmaps of painted and before, which may be null. */
+/** Decode the JPEGs of a picture: [painted, before] as bitmaps; before may be null. */
 function decodeJpegs({ painted, before }) {
   const bitmap = ({ data }) => createImageBitmap(new Blob([data], { type: "image/jpeg" }));
   return Promise.all([bitmap(painted), before && bitmap(before)]);
 }
 
 /**
- * Draws pictures; acknowledge(pts): called once for every picture. The canvas has `data-before`
- * while its picture has come without makeup, too.
+ * Draws pictures. acknowledge(pts): called once for every picture. The canvas has the attribute
+ * `data-before` while its picture has also come without makeup.
  */
 export class Picture {
   #canvas;
   #context;
   #acknowledge;
-  #next = null; // arrived while another one was being decoded
+  #next = null; // the picture that arrived while another one was being decoded
   #decoding = false;
   #shown = null; // {pts, rotation, painted, before}: bitmaps, or frames of a video
   #drawAsked = null;
@@ -61,7 +62,7 @@ export class Picture {
     this.#askToDraw();
   }
 
-  /** The share of the width that shows the picture without makeup; null: none. */
+  /** The share of the width, from the left, that shows the picture without makeup; null: none. */
   set split(part) {
     this.#split = part;
     this.#askToDraw();
@@ -88,7 +89,7 @@ export class Picture {
   }
 
   #leaveOut({ pts, images }) {
-    // not earlier: a hidden page would otherwise be sent every picture
+    // only after the newest picture is on the screen: a hidden page would be sent every picture
     this.#onScreen.then(() => this.#acknowledge(pts));
     images?.then((made) => made.forEach((image) => image?.close()));
   }
@@ -110,10 +111,10 @@ export class Picture {
       this.#next = null;
       const [painted, before = null] = await (next.images ?? decodeJpegs(next).catch(() => []));
       if (painted === undefined) {
-        this.#acknowledge(next.pts); // it cannot be decoded; another one will come
+        this.#acknowledge(next.pts); // the picture cannot be decoded, but another one will come
         continue;
       }
-      await this.#onScreen; // the last picture: decoding may overtake it, drawing must not
+      await this.#onScreen; // decoding may overtake the last picture, but drawing must not
       this.#canvas.dataset.codec = next.isVideo ? "h264" : "jpeg";
       this.#put({ pts: next.pts, rotation: next.rotation, painted, before });
     }
@@ -127,7 +128,7 @@ export class Picture {
     this.#onScreen = this.#askToDraw().then(() => this.#acknowledge(shown.pts));
   }
 
-  /** Draw at the screen's next refresh. A hidden page draws and acknowledges nothing. */
+  /** Draw at the screen's next refresh. A hidden page draws nothing, so it acknowledges nothing. */
   #askToDraw() {
     this.#drawAsked ||= new Promise((resolve) =>
       requestAnimationFrame(() => {
@@ -168,7 +169,7 @@ export class Picture {
     context.scale(this.#view.zoom, this.#view.zoom);
     context.translate((0.5 - this.#view.x) * width, (0.5 - this.#view.y) * height);
     if (this.#mirrored) context.scale(-1, 1);
-    context.rotate((-rotation * Math.PI) / 180); // canvas turns clockwise
+    context.rotate((-rotation * Math.PI) / 180); // a canvas turns clockwise
     context.drawImage(image, -widthOf(image) / 2, -heightOf(image) / 2);
     context.restore();
   }

@@ -1,13 +1,15 @@
-// What the browser keeps for the visitor: shades, looks, and the session of a page.
+// The values that the browser keeps for the visitor: shades, looks, and the session of a page.
 //
 // Each value is checked when it is read: another version of the page, or the visitor, may have
-// written it. Several pages share the values, so each change begins with what is kept by then.
+// written it. Several pages share the values, so each change starts from the value kept at that
+// moment.
 
-const unkept = new Map(); // by key: texts that the browser, full or set to keep nothing, refused
+// by key: texts that the browser refused to keep, since it is full or set to keep nothing
+const unkept = new Map();
 
 /**
- * What is kept under a key. check(value): returns the usable part of a value, whatever that is; it
- * is given null where nothing is kept.
+ * The value kept under a key. check(value): returns the usable part of any value; it gets null if
+ * nothing is kept.
  */
 export function recall(key, check, storage = "localStorage") {
   try {
@@ -17,7 +19,7 @@ export function recall(key, check, storage = "localStorage") {
   }
 }
 
-/** Keep a value. What the browser refuses is kept for this visit alone. */
+/** Keep a value. A value that the browser refuses is kept only for this visit. */
 export function remember(key, value, storage = "localStorage") {
   const text = JSON.stringify(value);
   try {
@@ -28,7 +30,7 @@ export function remember(key, value, storage = "localStorage") {
   }
 }
 
-/** Keep change(value) instead of what is kept by now, and return it. */
+/** Replace the value that is kept now by change(value), and return the new value. */
 export function revise(key, check, change) {
   const value = change(recall(key, check));
   remember(key, value);
@@ -44,5 +46,5 @@ export function listenToOtherPages(keys, redraw) {
 export const isText = (value) => typeof value === "string";
 export const isObject = (value) =>
   typeof value === "object" && value !== null && !Array.isArray(value);
-/** The entries of a list that pass a test; none where it is no list. */
+/** The entries of a list that pass a test; [] if the value is not a list. */
 export const listOf = (value, test) => (Array.isArray(value) ? value.filter(test) : []);

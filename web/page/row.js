@@ -2,12 +2,12 @@
 
 const buttonsOf = (row) => [...row.querySelectorAll("button:not([hidden])")];
 
-/** Make Tab stop at one button of the row alone. */
+/** Let the Tab key stop only at one button of the row. */
 export function stopAt(row, chosen) {
   for (const button of buttonsOf(row)) button.tabIndex = button === chosen ? 0 : -1;
 }
 
-/** Make these the buttons of the row. None that stays is moved without need: the focus stays. */
+/** Make these the buttons of the row. A button is moved only if needed, so that the focus stays. */
 export function putButtons(row, buttons) {
   const hadFocus = row.contains(document.activeElement) ? document.activeElement : null;
   for (const button of [...row.children]) if (!buttons.includes(button)) button.remove();
@@ -19,7 +19,7 @@ export function putButtons(row, buttons) {
   next?.focus({ preventScroll: true });
 }
 
-/** onMove(button): called when a key has moved the focus to a button. */
+/** Let keys move the focus in the row. onMove(button): called when a key has moved the focus. */
 export function moveByKeys(row, onMove = () => {}) {
   row.addEventListener("focusin", (event) => stopAt(row, event.target.closest("button")));
   row.addEventListener("keydown", (event) => {

@@ -1,4 +1,4 @@
-// Shades: those that were kept or used, and those of a catalogue; a row in the panel of each kind.
+// Shades: kept ones, recently used ones, and those of a catalogue; a row in each kind's panel.
 
 import { addressOf, ask, isReadable, NO_ANSWER, unreadable } from "./ask.js";
 import { hexOf } from "./colour.js";
@@ -19,12 +19,12 @@ const KEPT = "kept shades"; // by part: {hex, title}
 const RECENT = "recent shades"; // by part: hex
 const CATALOGUE = "catalogue"; // {name, shades: [{title, hex, parts}]}
 const MOST_RECENT = 10;
-const MOST_SHOWN = 120; // of a catalogue at once; the others are found by their names
-const SETTLED_MS = 1500; // a colour that stays so long has been used
+const MOST_SHOWN = 120; // shades of a catalogue at once; the visitor finds the others by name
+const SETTLED_MS = 1500; // a colour that stays for this time counts as used
 
 const isHex = (value) => isText(value) && /^#[0-9A-F]{6}$/.test(value);
 const isShade = (value) => isObject(value) && isHex(value.hex) && isText(value.title);
-/** The lists of an object whose entries pass a test. */
+/** The lists of an object, each with only the entries that pass a test. */
 const listsOf = (value, test) =>
   Object.fromEntries(
     Object.entries(isObject(value) ? value : {}).map(([part, list]) => [part, listOf(list, test)]),
@@ -43,7 +43,7 @@ const catalogueIn = (value) =>
 export class Shades extends EventTarget {
   #kept;
   #recent;
-  catalogue; // null: none
+  catalogue; // {name, shades}, or null
   #timer = 0;
 
   constructor() {
@@ -61,13 +61,13 @@ export class Shades extends EventTarget {
     this.catalogue = recall(CATALOGUE, catalogueIn);
   }
 
-  /** Note the colours of the look once they stay; called after every change. */
+  /** Note the colours of the look once they stay for a while; called after every change. */
   note(look, kinds) {
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.#used(look, kinds), SETTLED_MS);
   }
 
-  /** {hex, title, isKept} of a part: kept ones, then recent ones. */
+  /** The shades of a part as {hex, title, isKept}: first the kept ones, then the recent ones. */
   own(part) {
     const kept = this.#kept[part] ?? [];
     const recent = (this.#recent[part] ?? []).filter((hex) => !kept.some((one) => one.hex === hex));
@@ -77,7 +77,7 @@ export class Shades extends EventTarget {
     ];
   }
 
-  /** The name of a colour in the catalogue; otherwise its digits. */
+  /** The name of a colour in the catalogue; if it has none, its hex digits. */
   titleOf(part, hex) {
     const same = (one) => one.hex === hex && one.parts.includes(part);
     return this.catalogue?.shades.find(same)?.title ?? hex;
@@ -87,7 +87,7 @@ export class Shades extends EventTarget {
     return (this.#kept[part] ?? []).some((one) => one.hex === hex);
   }
 
-  /** Keep a shade, or no longer keep it. */
+  /** Keep a shade, or stop keeping it. */
   toggle(part, hex) {
     const isKept = this.isKept(part, hex);
     this.#kept = revise(KEPT, keptShades, (kept) => {
@@ -128,7 +128,7 @@ export class Shades extends EventTarget {
     this.#recent = revise(RECENT, recentHexes, (recent) => {
       const used = kinds.map(({ part, name }) => {
         const hexes = layersOf(look, { name }).map(({ product }) => hexOf(product));
-        const all = new Set([...hexes, ...(recent[part] ?? [])]); // each once, the newest first
+        const all = new Set([...hexes, ...(recent[part] ?? [])]); // each colour once, newest first
         return [part, [...all].slice(0, MOST_RECENT)];
       });
       return { ...recent, ...Object.fromEntries(used) };
@@ -211,7 +211,7 @@ export class ShadeRow {
     this.draw();
   }
 
-  /** Draw what has changed; a panel that is hidden is drawn when it is shown. */
+  /** Draw what has changed. A hidden panel is drawn when it is shown. */
   draw() {
     if (this.element.closest("[hidden]")) return;
     const isKept = this.#shades.isKept(this.#part, this.#hex);

@@ -5,13 +5,14 @@ import { el, newId } from "./elements.js";
 import { inWords } from "./layers.js";
 import { slider } from "./slider.js";
 
-const FINE = 0.01; // the step of numbers; those with a wide range, such as angles, have whole steps
-const WIDE = 20;
+const FINE = 0.01; // the step of numbers
+const WIDE = 20; // numbers with a wider range than this, such as angles, have whole steps
 
 /**
  * edit(change): calls change(shape), which returns the layer's new shape.
- * Returns {choices, others, set(whole, shape)}: the elements of dials with choices, those of the
- * others, and a function that shows the whole shape; shape: what the layer itself gives of it.
+ * Returns {choices, others, set(whole, shape)}: the elements of dials with choices, the elements of
+ * all other dials, and a function that shows a shape. whole: a value for every dial; shape: only
+ * the values that the layer itself has.
  */
 export function shapeControls(kind, edit) {
   const toNumbers = () => {
@@ -25,7 +26,7 @@ export function shapeControls(kind, edit) {
   const set = (whole, shape) => {
     for (const [dial, one] of controls) {
       one.set(whole[dial.name], shape);
-      // beside a map numbers would change nothing
+      // while the layer has a map, numbers would change nothing
       if (map && dial !== map && !dial.choices.length) one.element.hidden = whole[map.name] !== "";
     }
   };
@@ -40,8 +41,8 @@ function control(kind, dial, edit, toNumbers) {
 }
 
 /**
- * Shown of a layer that lies as in a photo: a button gives it the numbers of its slot instead.
- * toNumbers(): moves the focus to those, since the button vanishes.
+ * The control of a layer that is shaped as in a photo: a button gives the layer the numbers of its
+ * slot instead. toNumbers(): moves the focus to the numbers, since the button vanishes.
  */
 function map({ name, help }, edit, toNumbers) {
   const button = el("button", { type: "button", title: help }, "Use a plain shape");
@@ -73,8 +74,10 @@ function colour({ title, help }, put) {
   return { element, set: (hex) => field.set(readHex(hex)) };
 }
 
-/** A choice; that of a slot gives the whole shape but the other choices, such as the eye, so all
- * numbers become those of the slot. */
+/**
+ * A choice. Choosing a slot resets the whole shape except the other choices, such as the eye, so
+ * all numbers become those of the slot.
+ */
 function choice(kind, { name, title, help, choices }, edit) {
   const isSlot = name === "slot";
   const others = kind.dials.filter((dial) => dial.choices.length && dial.name !== name);
@@ -83,7 +86,7 @@ function choice(kind, { name, title, help, choices }, edit) {
   const group = newId(name);
   const radios = choices.map((value) => {
     const radio = el("input", { type: "radio", name: group, value });
-    // "click" comes also for the slot that is chosen already, and returns to its numbers
+    // "click" also comes for the slot that is chosen already, and then returns to its numbers
     radio.addEventListener("click", () => edit((shape) => ({ ...kept(shape), [name]: value })));
     return radio;
   });

@@ -25,7 +25,7 @@ export function slider(spec, onInput, showHelp) {
   const help = el("span", { id: `${id}-help`, className: showHelp ? "help" : "hidden" }, spec.help);
   range.setAttribute("aria-describedby", help.id);
   let dragged = false;
-  let newest = spec.low; // of the look, also while the slider is dragged
+  let newest = spec.low; // the value in the look, also while the slider is dragged
 
   const put = (value) => {
     range.value = value;
@@ -50,7 +50,7 @@ export function slider(spec, onInput, showHelp) {
     range.addEventListener(type, () => {
       if (!dragged) return;
       dragged = false;
-      set(newest); // another page may have changed it meanwhile
+      set(newest); // another page may have changed the value meanwhile
     });
   range.addEventListener("keydown", (event) => stepByKey(event, range, spec));
   range.addEventListener("input", () => put(range.value));
@@ -93,7 +93,7 @@ function numberField(spec, put) {
   return { element, show };
 }
 
-/** Arrow keys move by the step, which step="any" (for smooth dragging) would not do. */
+/** Let arrow keys move by the step, which step="any" (for smooth dragging) would not do. */
 function stepByKey(event, range, spec) {
   const steps = {
     ArrowRight: 1,

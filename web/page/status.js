@@ -1,4 +1,4 @@
-// The state of the run: figures, notices, and the veil over the picture while there is none.
+// The state of the run: figures, notices, and the veil that hides the picture's place without one.
 
 import { byId, el } from "./elements.js";
 import { endOfRecording, forgetRecordings, outputs } from "./record.js";
@@ -9,17 +9,17 @@ const NOTICE_MS = 10_000;
 const figures = byId("figures");
 const notice = byId("notice");
 const veil = byId("veil");
-let lastNotice = ""; // about a slow machine
+let lastNotice = ""; // the last notice about a slow machine
 let showUntil = 0;
 let ofRun = ""; // the notice of the run
-let told = ""; // by the page itself, which comes first
+let told = ""; // the notice of the page itself, which comes first
 let telling = 0;
 const noticeText = notice.querySelector("span");
 const said = byId("said"); // the same text for screen readers
 let closed = ""; // the notice of the run that the visitor has closed
-let whyJpeg = ""; // where H.264 would spare the network
+let whyJpeg = ""; // why the page shows JPEG although H.264 would use less of the network
 
-/** Show the figures below the picture, and over it what needs the visitor's attention. */
+/** Show the figures below the picture, and notices for the visitor over the picture. */
 export function showFigures(values) {
   const delay = values.screen_ms ?? values.latency_ms;
   const parts = [
@@ -43,12 +43,12 @@ export function showFigures(values) {
   else showNotice();
 }
 
-/** Mention JPEG among the figures, with the reason; "" where it is the better choice. */
+/** Mention JPEG among the figures, with the reason for it; "" if JPEG is the better choice. */
 export function tellWhyJpeg(why) {
   whyJpeg = why;
 }
 
-/** The notice about a slow machine, for a while after it changes; the figures always mention it. */
+/** The notice about a slow machine, or "" some time after it changed; figures always show it. */
 function recent(text) {
   if (text !== lastNotice) showUntil = performance.now() + NOTICE_MS;
   lastNotice = text;
@@ -63,7 +63,7 @@ export function tell(text) {
   showNotice();
 }
 
-/** Show an error over the picture in full screen, where nothing else of the page is seen. */
+/** Show an error over the picture if it fills the screen, which hides the rest of the page. */
 export function tellInFullScreen(text) {
   if (document.fullscreenElement) tell(text);
 }
@@ -82,11 +82,11 @@ function say(text) {
 
 notice.querySelector("button").onclick = () => {
   if (told) return tell("");
-  closed = ofRun; // another notice is shown
+  closed = ofRun; // only another notice will be shown
   showNotice();
 };
 
-/** Show nothing of the run while there is no connection. */
+/** Show nothing about the run; called when the connection is lost. */
 export function hideFigures() {
   figures.hidden = true;
   ofRun = "";

@@ -1,8 +1,8 @@
-// Swatches: a product on skin, lit from above, which shows its finish and how it is worn.
+// Swatches: a product on skin, lit from above. They show the finish and how the product is worn.
 
 import { clamp } from "./elements.js";
 
-const UNDER = [0.5, 0.3, 0.23]; // linear light of the skin below
+const UNDER = [0.5, 0.3, 0.23]; // linear light of the skin below the product: red, green, blue
 const LIGHT = unit([-0.35, -0.7, 0.75]);
 const HALF = unit([LIGHT[0], LIGHT[1], LIGHT[2] + 1]); // between the light and the eye
 const shapes = new Map();
@@ -21,7 +21,7 @@ function toLinear(code) {
   return encoded <= 0.04045 ? encoded / 12.92 : ((encoded + 0.055) / 1.055) ** 2.4;
 }
 
-/** A pseudo-random number in [0, 1), always the same for a cell. */
+/** A pseudo-random number in [0, 1), always the same for the same cell. */
 function noise(x, y) {
   let h = (x * 374761393 + y * 668265263) | 0;
   h = Math.imul(h ^ (h >>> 13), 1274126177);
@@ -32,6 +32,8 @@ const smooth = (x) => {
   const inside = clamp(x, 0, 1);
   return inside * inside * (3 - 2 * inside);
 };
+
+// Each form below returns its cover and normal at a place: u to the right, v down, in [-1, 1].
 
 /** A film that fills the canvas, with the marks of a brush. */
 function stroke(u, v) {
@@ -62,7 +64,7 @@ function flush(u, v) {
   return { cover: smooth(1.25 * (1 - away)), nx: 0.45 * u, ny: 0.45 * v };
 }
 
-const CORNER = 0.74; // where the line leaves the lashes and rises as a wing, by its length
+const CORNER = 0.74; // share of the line's length after which it leaves the lashes as a wing
 
 /** A line that grows along the bow of the lashes and ends in a wing. */
 function line(u, v, x, y, pixel) {
@@ -97,11 +99,11 @@ function shapeOf(form, width, height) {
   return shapes.get(key);
 }
 
-/** The part of the optics that depends on the product alone. */
+/** The part of the optics that depends only on the product. */
 function optics(params) {
   const roughness = 0.08 + 0.5 * params.gloss_roughness;
   return {
-    width2: 0.5 * roughness * roughness, // highlights must not wash the colour out
+    width2: 0.5 * roughness * roughness, // narrow, so that highlights do not wash the colour out
     shine: (0.2 * params.gloss ** 1.3) / (1 + 0.25 * params.gloss) / (0.4 + 2.2 * roughness),
     room: params.reflection,
     soft: 0.06 + 0.5 * params.environment_blur,
@@ -111,7 +113,7 @@ function optics(params) {
   };
 }
 
-/** Light of one point: [brightness of the colour, white light added, light of a sparkle]. */
+/** The light of one point: [brightness of the colour, added white light, light of a sparkle]. */
 function lit(nx, ny, x, y, o) {
   const nz = Math.sqrt(Math.max(0.05, 1 - nx * nx - ny * ny));
   const facing = Math.max(0, nx * LIGHT[0] + ny * LIGHT[1] + nz * LIGHT[2]);
@@ -151,7 +153,7 @@ function drawProduct({ data, width, height }, form, product, left, right) {
 
 /**
  * Draw products (17 parameters each) side by side on skin.
- * form: how they are worn: "stroke", "powder", "flush" or "line".
+ * form: how the products are worn: "stroke", "powder", "flush" or "line".
  */
 export function drawSwatch(canvas, form, products) {
   const { width, height } = canvas;

@@ -1,4 +1,4 @@
-// Photos: chosen, dropped or pasted; uploaded; shown as thumbnails or with the reason of a refusal.
+// Photos that are chosen, dropped or pasted: uploads them, and shows thumbnails or refusals.
 
 import { addressOf, isReadable, NO_ANSWER, unreadable } from "./ask.js";
 import { byId, el } from "./elements.js";
@@ -28,20 +28,20 @@ const WHOLE = {
   "text/csv": SHADES,
   "application/vnd.ms-excel": SHADES, // CSV on Windows
 };
-// for the server's 60 s for the upload, and for reading it; a lost peer may never answer
+// longer than the server's 60 s for the upload and its reading; a lost peer may never answer
 const PATIENCE_MS = 150_000;
 const PHOTOS = "image/*,.heic,.heif,.avif"; // not every browser knows these as pictures
 const NO_FACE = "No face was chosen: the look stays as it is.";
 const notSent = (file) => `${nameOf(file)} could not be sent: ${NO_ANSWER}`;
 const nameOf = (file) => file.name || "the pasted photo";
-let loads = 0; // so that the browser asks for every thumbnail
+let loads = 0; // counts thumbnails, so that the browser asks for each and uses no older one
 
 /** A slot for one photo: a button to choose it, a drop target, its thumbnail and state. */
 class Slot {
   file = null; // the last photo that was accepted
   #kind;
   #upload;
-  // a thumbnail that is dragged would count as a new photo
+  // not draggable: a dragged thumbnail would count as a new photo
   #thumb = el("img", { alt: "", hidden: true, draggable: false });
   #hint;
   #text;
@@ -113,8 +113,9 @@ class Slot {
 }
 
 /**
- * on: {look(file): a look file was given; shades(file): a catalogue; photo({name, look}): a photo
- * was read; portrait(): painted; several(file): of several files that were dropped one is used}.
+ * on: {look(file): a look file was given; shades(file): a catalogue was given; photo({name, look}):
+ * a photo was read; portrait(): a portrait was taken; several(file): several files were dropped, of
+ * which this one is used}.
  */
 export class Photos {
   #hello = null;
@@ -137,13 +138,13 @@ export class Photos {
     const isNew = this.#hello !== null && this.#hello.session !== hello.session;
     this.#hello = hello;
     for (const kind of hello.mode === "demo" ? ["photo", "portrait"] : ["photo"]) {
-      if (this.#slots[kind]) continue; // to put it there again would take the focus from it
+      if (this.#slots[kind]) continue; // appending the slot again would take the focus from it
       this.#slots[kind] = new Slot(kind, (...photo) => this.#upload(...photo));
       byId("photos").append(this.#slots[kind].element);
     }
     this.#slots.portrait?.show(hello.session);
     const portrait = this.#slots.portrait?.file;
-    // a new session has no portrait of ours
+    // a new session does not have our portrait
     if (isNew && portrait) this.#slots.portrait.take(portrait);
   }
 
@@ -152,7 +153,7 @@ export class Photos {
     this.#slots.photo.show(this.#hello.session, name);
   }
 
-  /** request: its AbortController. */
+  /** Upload a file; resolves to null, or to the reason for a refusal. request: AbortController. */
   async #upload(kind, file, request, face = "") {
     const limit = this.#hello.photo_bytes_limit;
     if (file.size > limit) {
@@ -200,7 +201,7 @@ export class Photos {
     this.#depth += 1;
   }
 
-  /** Show what a drop would do. In the demo a photo may be dropped on either slot. */
+  /** Show what a drop would do. In the demo a photo may be dropped on either of two targets. */
   #aim(event) {
     const whole = WHOLE[event.dataTransfer.items?.[0]?.type];
     const aims = whole
@@ -245,7 +246,7 @@ export class Photos {
       type.startsWith("image/"),
     );
     if (!file) return;
-    // text of an office program comes with a picture of itself
+    // text from an office program comes with a picture of the text
     const isTyped = event.target.closest?.(TYPED) && event.clipboardData.getData("text/plain");
     if (isTyped) return;
     event.preventDefault();

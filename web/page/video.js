@@ -1,8 +1,8 @@
-// H.264 by WebCodecs, for a page on another machine: a tenth to a quarter of the data of JPEG.
+// H.264 with WebCodecs, for a page on another machine: a tenth to a quarter of the data of JPEG.
 
 // Constrained baseline, up to 1080p30. A stream names its own profile and level.
 const ASKED = { codec: "avc1.42C028", optimizeForLatency: true };
-const SILENT_MS = 3000; // a decoder that gives nothing back for so long has failed
+const SILENT_MS = 3000; // a decoder that returns nothing for this time has failed
 const LOOPBACK = /^(localhost|127(\.\d+){3}|\[::1\])$/;
 const JPEG_BECAUSE = "JPEG, which has four times the data of H.264: ";
 const NO_HTTPS = `${JPEG_BECAUSE}browsers decode H.264 only in pages over HTTPS (--https)`;
@@ -10,10 +10,10 @@ const NO_DECODER = `${JPEG_BECAUSE}this browser cannot decode it for a page`;
 export const FAILED = `${JPEG_BECAUSE}this browser's decoder failed`;
 
 /**
- * Whether this page should show H.264: on another machine than the server, where the browser
- * decodes it. Browsers do so in pages over HTTPS, and in those of this machine. `?video=h264` and
- * `?video=jpeg` in the page's address choose. Resolves to {isVideo, why}: why H.264 would be
- * better, and cannot be; "" otherwise.
+ * Whether this page should show H.264: on another machine than the server's, if the browser decodes
+ * it. Browsers decode H.264 only in pages over HTTPS and in pages of their own machine.
+ * `?video=h264` or `?video=jpeg` in the page's address makes the choice instead. Resolves to
+ * {isVideo, why}. why: the reason why H.264, which would be better, is not possible; "" otherwise.
  */
 export async function choosePictures() {
   const chosen = new URLSearchParams(location.search).get("video");
@@ -23,7 +23,7 @@ export async function choosePictures() {
   try {
     if ((await VideoDecoder.isConfigSupported(ASKED)).supported) return { isVideo: true, why: "" };
   } catch {
-    // no WebCodecs, or a decoder that refuses the question
+    // there is no WebCodecs, or the decoder refuses the question
   }
   return { isVideo: false, why: NO_DECODER };
 }
@@ -40,7 +40,7 @@ export function codecOf(data) {
 }
 
 /**
- * Decodes packets of one stream, in their order. onFail(error): called once, when it gives up.
+ * Decodes the packets of one stream in order. onFail(error): called once, when decoding has failed.
  * A stream that has failed or was closed refuses all packets that are still on their way.
  */
 export class VideoStream {
@@ -82,7 +82,7 @@ export class VideoStream {
   }
 
   #configure(codec) {
-    if (codec === this.#codec) return; // a new size comes with the key frame itself
+    if (codec === this.#codec) return; // the key frame itself tells the decoder a new size
     this.#decoder ??= new VideoDecoder({
       output: (frame) => this.#decoded(frame),
       error: (error) => this.#fail(error),

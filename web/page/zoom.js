@@ -5,7 +5,7 @@ import { byId, clamp } from "./elements.js";
 const MOST = 8;
 const BY_BUTTON = 2.5;
 const BY_KEY = 1.25;
-const PAN = 0.1; // of the visible part, by an arrow key
+const PAN = 0.1; // share of the visible part that an arrow key moves
 export const WHOLE = { zoom: 1, x: 0.5, y: 0.5 };
 
 const within = (zoom) => clamp(zoom, 1, MOST);
@@ -25,7 +25,7 @@ export class Zoom {
     frame.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
     frame.addEventListener("pointerdown", (event) => this.#down(event), { capture: true });
     frame.addEventListener("pointermove", (event) => this.#move(event), { capture: true });
-    // of the window, since a drag may end beside the picture
+    // events of the window, since a drag may end outside the picture
     for (const type of ["pointerup", "pointercancel"])
       window.addEventListener(type, (event) => this.#fingers.delete(event.pointerId), {
         capture: true,
@@ -58,7 +58,7 @@ export class Zoom {
     this.#onChange(this.#view);
   }
 
-  /** Zoom so that what is seen at a place of the frame stays there. */
+  /** Zoom around a place of the frame: the point of the picture that is seen there stays there. */
   #zoomAt(by, { x, y }) {
     const { zoom } = this.#view;
     const next = within(zoom * by);
@@ -86,9 +86,9 @@ export class Zoom {
   }
 
   #down(event) {
-    if (event.button) return; // another one than a mouse's first
+    if (event.button) return; // not the first button of a mouse
     this.#fingers.set(event.pointerId, this.#placeOf(event));
-    if (this.#fingers.size > 1) event.stopPropagation(); // two fingers move no divider
+    if (this.#fingers.size > 1) event.stopPropagation(); // two fingers do not move the divider
   }
 
   #move(event) {
