@@ -21,8 +21,7 @@ def compare(bench: Bench, video: Video, name: str) -> dict[str, Any]:
 
     bare: the loop with its best threads, which is the limit.  codec: the loop with the product's
     threads; CPU time of the product beyond this loop is not the codec's.
-    Each ratio is one of medians, and its spread is that of the rounds. A busy machine widens the
-    spread.
+    Each ratio is one of medians; its spread is that of the rounds, wider on a busy machine.
     """
     bare_file, our_file = bench.folder / "bare.mp4", bench.folder / "ours.mp4"
     bench.log(f"{name}: the bare loop's best threads")

@@ -62,13 +62,13 @@ def _portrait(path: str | None) -> "Portrait":
 
 def _first_look(ref: str | None, look: str | None) -> "Look":
     from makeup_video.cli.look_options import check_sources
-    from makeup_video.pipeline import KINDS, Look, look_from_photo, product
+    from makeup_video.pipeline import KINDS, Look, estimate_photo, product
     from makeup_video.pipeline.look.ready import load_look
     from makeup_video.web.read_look import check_worn
 
     check_sources(look, ref)
     if ref is not None:
-        return check_worn(look_from_photo(ref), ref)
+        return check_worn(estimate_photo(ref).look, ref)
     if look is not None:
         return load_look(look)
     return Look(lips=product(KINDS["lipstick"].first_rgb, "satin"))

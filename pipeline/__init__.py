@@ -46,6 +46,7 @@ __all__ = [
     "ColourTags",
     "DecodeError",
     "EncodeError",
+    "Estimate",
     "Face",
     "FindFaces",
     "Frame",
@@ -72,6 +73,7 @@ __all__ = [
     "WorkerError",
     "apply_look",
     "estimate_look",
+    "estimate_photo",
     "find_faces",
     "inspect_video",
     "lip_mask",
@@ -103,7 +105,12 @@ if TYPE_CHECKING:
     from makeup_video.pipeline.offline.process import process_video
     from makeup_video.pipeline.offline.report import Report
     from makeup_video.pipeline.offline.settings import Settings
-    from makeup_video.pipeline.reference.estimate import estimate_look, look_from_photo
+    from makeup_video.pipeline.reference.estimate import (
+        Estimate,
+        estimate_look,
+        estimate_photo,
+        look_from_photo,
+    )
     from makeup_video.pipeline.render.apply_look import apply_look
 
 # FFmpeg, ONNX Runtime, OpenCV and OpenCL are slow to import, so each name is imported when used.
@@ -136,7 +143,9 @@ _LATER_WITH_NETS = {
     "paint_frames": "offline.painter",
     "paint_pictures": "offline.painter",
     "apply_look": "render.apply_look",
+    "Estimate": "reference.estimate",
     "estimate_look": "reference.estimate",
+    "estimate_photo": "reference.estimate",
     "look_from_photo": "reference.estimate",
 }
 

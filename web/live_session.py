@@ -159,7 +159,8 @@ class LiveSession:
             name = offered["name"]
         for chosen, several, now in ((name, "names", "name"), (wanted, "sizes", "size")):
             if chosen not in (*offered[several], offered[now]):
-                raise UsageError(f"{chosen} is not offered: choose one of the list of {several}")
+                named = chosen or "an empty name"
+                raise UsageError(f"{named} is not offered: choose one of the list of {several}")
         for sink in self._run.figures().sinks:
             if sink.kind in _ONE_SIZE and not sink.is_over:
                 raise UsageError(f"{sink.name} needs frames of one size: end it first")

@@ -76,6 +76,16 @@ class Frame:
             raise TypeError(
                 f"picture must be an av.VideoFrame, got {got}: av.VideoFrame.from_ndarray makes one"
             )
+        if not isinstance(self.time_base, Fraction):
+            raise TypeError(
+                f"time_base must be a Fraction of seconds, got {self.time_base!r}: give "
+                "Fraction(1, 30) for 30 ticks a second"
+            )
+        if not isinstance(self.tags, ColourTags):
+            raise TypeError(
+                f"tags must be ColourTags, got {type(self.tags).__name__}: give ColourTags() for a "
+                "picture without tags"
+            )
         self.width_px, self.height_px = self.picture.width, self.picture.height
         self.pix_fmt = self.picture.format.name
         if not self.tags.range and is_full_range(0, self.pix_fmt):

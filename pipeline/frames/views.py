@@ -58,12 +58,18 @@ class Picture(Protocol):
 
 def check_rgb8(rgb8: np.ndarray) -> None:
     """Raises ValueError unless rgb8 is an (H, W, 3) uint8 picture."""
-    shape: tuple[int, ...] = getattr(rgb8, "shape", ())
-    dtype = getattr(rgb8, "dtype", type(rgb8).__name__)
-    if len(shape) != 3 or shape[2] != 3 or dtype != np.uint8 or 0 in shape:
+    if not hasattr(rgb8, "shape") or not hasattr(rgb8, "dtype"):
+        raise ValueError(
+            f"a picture must be an array, (H, W, 3) uint8, got {type(rgb8).__name__}: "
+            "np.asarray(PIL.Image.open(name)) reads one from a file"
+        )
+    shape, dtype = rgb8.shape, rgb8.dtype
+    if len(shape) != 3 or shape[2] != 3 or dtype != np.uint8:
         raise ValueError(
             f"a picture must be (H, W, 3) uint8, got {shape} {dtype}: convert it to 8-bit RGB first"
         )
+    if 0 in shape:
+        raise ValueError(f"a picture must have pixels, got {shape}: give some, as 8-bit RGB")
 
 
 def check_paintable(rgb8: np.ndarray) -> None:

@@ -206,16 +206,20 @@ class LiveRunner:
                 outlet.channel.send(picture)
 
     def _run_sink(self, outlet: Outlet) -> None:
+        finishes = False
         try:
             for picture in outlet.channel:
                 outlet.sink(picture)
                 del picture
+            finishes = True
             outlet.sink.finish()
             outlet.is_over = True
         except MakeupVideoError as error:
             outlet.error, outlet.is_over = error, True
             outlet.channel.cancel()  # free the pictures that wait
-            if all(other.error is not None for other in self.outlets):
+            # an output that ended well takes no more pictures, but keeps what it got
+            is_last = all(each.is_over for each in self.outlets) and not finishes
+            if is_last or all(each.error is not None for each in self.outlets):
                 self._fail(error)  # `run` raises the error, so it is not logged here
             else:
                 rest = "; the rest goes on" if self._takes_sinks else ""

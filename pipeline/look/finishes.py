@@ -155,7 +155,8 @@ def product(colour: Collection[float] | str, finish: str, part: str = "lips") ->
     if part not in PARTS:
         raise UsageError(f"a part is one of {', '.join(PARTS)}, got {part!r}")
     wanted = "a colour is '#B4002E', a name such as 'darkred', or red, green and blue"
-    if not isinstance(colour, Collection):
+    is_ordered = hasattr(colour, "__getitem__") and hasattr(colour, "__len__")
+    if not is_ordered or isinstance(colour, Mapping):
         raise TypeError(f"{wanted}, got {colour!r}")
     rgb = rgb_of(colour) if isinstance(colour, str) else colour
     if rgb is None:

@@ -10,10 +10,9 @@
                     "gloss_roughness": 0.9, "reflection": 0},
         "shape": {"slot": "outer", "softness": 0.6}}]}
 
-In a product, ten optional parameters may follow the seven required ones; `strength` and `shape`
-may be left out, and so may each parameter of a shape. Files of version 1, with one product for
-`lips` and one for `eyes`, are read, too. Reading is strict: a typo is an error, never a silently
-ignored key.
+Ten optional parameters of a product may follow the seven required ones. `strength`, `shape` and
+each parameter of a shape may be left out. Files of version 1 have one product for `lips` and one
+for `eyes`. Reading is strict: a typo is an error.
 """
 
 import errno
@@ -38,6 +37,7 @@ from makeup_video.pipeline.look.params import (
     shown,
 )
 from makeup_video.pipeline.look.strict_json import read_json, written
+from makeup_video.pipeline.look.unchangeable import unchangeable
 
 _MOST_BYTES = 1_000_000  # a look has 2 to 6 kB
 _ORDER = {name: place for place, name in enumerate(PAINTED)}
@@ -50,10 +50,8 @@ class _Fixed(dict[str, Any]):
     as JSON."""
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise TypeError(
-            "the shape of a layer cannot be changed: dataclasses.replace(layer, shape=...) makes "
-            "another layer"
-        )
+        advice = "dataclasses.replace(layer, shape=...) makes another layer"
+        raise TypeError(f"the shape of a layer cannot be changed: {advice}")
 
     __setitem__ = __delitem__ = __ior__ = _refuse
     clear = pop = popitem = setdefault = update = _refuse
@@ -62,6 +60,7 @@ class _Fixed(dict[str, Any]):
         return type(self), (dict(self),)
 
 
+@unchangeable("dataclasses.replace makes another")
 @dataclass(frozen=True, slots=True)
 class Layer:
     """A product of one kind.
@@ -135,6 +134,7 @@ _GIVE = {
 }
 
 
+@unchangeable("with_kind and dataclasses.replace make another")
 @dataclass(frozen=True, slots=True, init=False)
 class Look:
     """Makeup: layers in the order of painting, and the strength of all, 0..1.
@@ -198,7 +198,8 @@ class Look:
         return next((layer.product for layer in self.of(kind)), None)
 
     def of(self, kind: str) -> tuple[Layer, ...]:
-        """The layers of one kind, in the order of painting."""
+        """The layers of one kind, in the order of painting. Raises LookError for another word."""
+        _kind(kind, "kind")
         return tuple(layer for layer in self.layers if layer.kind == kind)
 
     def with_kind(self, kind: str, layers: Iterable[Layer]) -> Self:

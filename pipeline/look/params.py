@@ -9,6 +9,7 @@ from dataclasses import MISSING, dataclass, field, fields
 from typing import Any, Self
 
 from makeup_video.pipeline.errors import LookError
+from makeup_video.pipeline.look.unchangeable import unchangeable
 
 _HEX = re.compile(r"#?([0-9a-fA-F]{3}|[0-9a-fA-F]{6})")
 
@@ -40,6 +41,7 @@ def _number(low: float, high: float, meaning: str, default: float | None = None)
     )
 
 
+@unchangeable("dataclasses.replace makes another")
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GraphicsParams:
     """The 17 rendering parameters of one product (the paper's g, section 3.1, then the renderer's).

@@ -69,6 +69,8 @@ def process_looks(
         check_path("an output of looks", output)
         check_look(look)
     check_progress(on_progress)
+    if isinstance(memory_share, str) or not hasattr(memory_share, "__float__"):
+        raise TypeError(f"memory_share must be a number, got {memory_share!r}")
     if not 0 < memory_share <= 1:
         raise UsageError(f"memory_share must be more than 0 and at most 1, got {memory_share}")
     settings, path = Settings.checked(settings), local_file(src)

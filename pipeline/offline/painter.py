@@ -5,7 +5,7 @@ import threading
 from collections import deque
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
-from typing import NoReturn, SupportsFloat
+from typing import NoReturn, SupportsFloat, SupportsIndex
 
 import numpy as np
 from makeup_video.pipeline.engine.machine import one_opencv_thread
@@ -15,7 +15,7 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.rgb_frame import RgbFrame
 from makeup_video.pipeline.frames.views import check_paintable
 from makeup_video.pipeline.look.look import Look, check_look
-from makeup_video.pipeline.offline.settings import check_whom
+from makeup_video.pipeline.offline.settings import check_whom, choice
 from makeup_video.pipeline.render.apply_look import PaintPictures
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
@@ -48,11 +48,13 @@ class Painter:
         "_scene", "_size_wh", "_smooth",
     )  # fmt: skip
 
-    def __init__(self, look: Look, *, faces: str | int = "all", device: str | int = "") -> None:
+    def __init__(
+        self, look: Look, *, faces: str | int | None = "all", device: str | int | None = ""
+    ) -> None:
         check_look(look)
-        check_whom(str(faces))
-        self._device = str(device)
-        self._composite = Composite(look, self._device, str(faces))
+        whom, self._device = choice("faces", faces), choice("device", device)
+        check_whom(whom)
+        self._composite = Composite(look, self._device, whom)
         self._alone = threading.Lock()
         self._size_wh = (0, 0)
         self._last_seconds = math.inf
@@ -81,6 +83,10 @@ class Painter:
     @property
     def found(self) -> tuple[Face, ...]:
         return self._found
+
+    def __reduce_ex__(self, protocol: SupportsIndex) -> NoReturn:
+        """Refuse `copy` and `pickle`: a copy would share the kernels and the tracked faces."""
+        raise TypeError("a painter cannot be copied or pickled: make another")
 
     def __call__(self, rgb8: np.ndarray, seconds: SupportsFloat) -> np.ndarray:
         """The frame with the look painted on its faces; other pixels keep their values.
@@ -121,8 +127,8 @@ def paint_frames(
     look: Look,
     *,
     fps: float | Fraction = _FPS,
-    faces: str | int = "all",
-    device: str | int = "",
+    faces: str | int | None = "all",
+    device: str | int | None = "",
 ) -> Iterator[np.ndarray]:
     """Paint the frames of a video; yields one painted frame for each, in order.
 
@@ -136,13 +142,14 @@ def paint_frames(
     shape, dtype, size or order of times while frames are read.
     """
     check_look(look)
-    check_whom(str(faces))
+    whom = choice("faces", faces)
+    check_whom(whom)
     _check_several(frames, "frames")
     if isinstance(fps, str) or not hasattr(fps, "__float__"):
         raise TypeError(f"fps must be a number, got {fps!r}")
     if not (math.isfinite(fps) and fps > 0):
         raise ValueError(f"fps must be more than 0, got {fps}")
-    return _painted(_timed(frames, fps), look, str(faces), str(device))
+    return _painted(_timed(frames, fps), look, whom, choice("device", device))
 
 
 def paint_pictures(pictures: Iterable[np.ndarray], look: Look) -> Iterator[np.ndarray]:
@@ -201,7 +208,10 @@ def _timed(
         if len(pair) != 2:
             _refuse(number, f"give a picture, or a picture and its seconds, got {len(pair)} items")
         rgb8, seconds = pair
-        seconds = check_frame(rgb8, seconds)
+        try:
+            seconds = check_frame(rgb8, seconds)
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"frame {number}: {error}") from None
         if seconds <= last:
             _refuse(number, f"its time must be later than {last:g} s, got {seconds:g} s")
         if size and rgb8.shape != size:

@@ -22,7 +22,7 @@ from makeup_video.pipeline.look.look import Look, check_look
 from makeup_video.pipeline.media.input_file import VideoSource
 from makeup_video.pipeline.offline.report import Report
 from makeup_video.pipeline.offline.run import check_name, run_stages
-from makeup_video.pipeline.offline.settings import Settings, check_progress
+from makeup_video.pipeline.offline.settings import Settings, check_progress, check_workers
 from makeup_video.pipeline.offline.video import Progress
 
 
@@ -51,6 +51,7 @@ def process_video(
     look, settings = Look() if look is None else look, Settings.checked(settings)
     check_look(look)
     check_progress(on_progress)
+    check_workers(workers)
     if settings.split_minutes is not None and not is_picture(local_file(src)):
         return _in_segments(src, dst, look, settings, settings.split_minutes, on_progress, workers)
     if look.is_bare:

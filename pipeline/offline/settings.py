@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from numbers import Integral
@@ -11,6 +11,7 @@ from typing import Self
 from makeup_video.pipeline.engine.runner import Observe
 from makeup_video.pipeline.errors import UsageError, option
 from makeup_video.pipeline.look.params import shown
+from makeup_video.pipeline.look.unchangeable import unchangeable
 from makeup_video.pipeline.media.hardware import NONE, check_hardware
 
 BIT_DEPTHS = (8, 10, 12)
@@ -44,6 +45,15 @@ _OF_VIDEOS = (
 )
 
 
+_CHOICES = {"faces": "all", "device": "", "hardware": NONE}  # what None stands for
+
+
+def choice(name: str, value: object) -> str:
+    """The text of one of _CHOICES, whose value may also be a number or None."""
+    return _CHOICES[name] if value is None else str(value)
+
+
+@unchangeable("dataclasses.replace makes another")
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
     """How to write the output. None stands for the default that suits source and container.
@@ -94,9 +104,8 @@ class Settings:
     on_whole: Callable[[], None] | None = None
 
     def __post_init__(self) -> None:
-        for name, default in (("faces", "all"), ("device", "")):
-            value = getattr(self, name)
-            object.__setattr__(self, name, default if value is None else str(value))
+        for name in _CHOICES:
+            object.__setattr__(self, name, choice(name, getattr(self, name)))
         for name in ("start_seconds", "end_seconds", "split_minutes"):
             object.__setattr__(self, name, _exact(getattr(self, name), name))
         self._check_types()
@@ -208,6 +217,20 @@ def check_progress(on_progress: object) -> None:
     """Raises TypeError unless on_progress is a function or None."""
     if not (on_progress is None or callable(on_progress)):
         raise TypeError(f"on_progress must be a function or None, got {type(on_progress).__name__}")
+
+
+def check_workers(workers: object) -> None:
+    """Raises TypeError unless `workers` is None or a sequence of workers."""
+    if workers is None:
+        return
+    are_workers = isinstance(workers, Sequence) and all(
+        hasattr(one, "run") and hasattr(one, "stop") for one in workers
+    )
+    if not are_workers:
+        raise TypeError(
+            f"workers must be a list of workers, got {workers!r}: on_ray.ray_workers() makes them; "
+            "Settings(jobs=...) says how many processes of this machine paint"
+        )
 
 
 def check_whom(faces: str) -> None:

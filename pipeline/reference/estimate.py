@@ -32,6 +32,7 @@ from makeup_video.pipeline.look.params import GraphicsParams
 from makeup_video.pipeline.reference.checks import (
     check_face,
     choose_face,
+    face_list,
     faces_within,
     is_inside,
 )
@@ -113,7 +114,12 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
     overexposed lips. Raises ValueError for another shape or dtype, TypeError for a `face` that is
     no Face, InstallError when the nets are missing.
     """
-    return estimate(rgb8, face).look
+    try:
+        return estimate(rgb8, face).look
+    except SeveralFacesError as error:
+        there = face_list(error.faces)
+        error.extend(after=f", or give one of find_faces(rgb8) as `face`; there are {there}")
+        raise
 
 
 def estimate(rgb8: np.ndarray, face: Face | None = None) -> Estimate:
@@ -147,9 +153,16 @@ def look_from_photo(
     for a photo of another type, and TooLittleMemoryError.
     """
     if not isinstance(photo, bytes):
-        how = "estimate_look reads an array" if isinstance(photo, np.ndarray) else GIVE_NAME
+        how = f"{GIVE_NAME}, or its content as bytes"
+        if isinstance(photo, np.ndarray):
+            how = "estimate_look reads an array"
         check_path("photo", photo, how)
-    return estimate_photo(photo, face).look
+    try:
+        return estimate_photo(photo, face).look
+    except SeveralFacesError as error:
+        there = face_list(error.faces)
+        error.extend(after=f', or give face="largest" or the number of a face; there are {there}')
+        raise
 
 
 def estimate_photo(

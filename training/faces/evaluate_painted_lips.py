@@ -102,8 +102,10 @@ def main() -> None:
         if not len(chosen):
             print(f"{name} (0)")
             continue
-        means = dict(zip(Painted._fields, np.nanmean(chosen, 0), strict=True))
-        print(f"{name} ({len(chosen)}): " + "  ".join(f"{k} {v:.3f}" for k, v in means.items()))
+        known = [column[~np.isnan(column)] for column in chosen.T]
+        means = [f"{column.mean():.3f}" if len(column) else "-" for column in known]
+        words = (" ".join(pair) for pair in zip(Painted._fields, means, strict=True))
+        print(f"{name} ({len(chosen)}): {'  '.join(words)}")
 
 
 if __name__ == "__main__":

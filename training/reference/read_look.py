@@ -74,8 +74,9 @@ def net_of(path: Path, threads: int = 1) -> Net:
     return from_checkpoint
 
 
-def nets_of(folder: Path) -> dict[str, Net]:
+def nets_of(folder: str | Path) -> dict[str, Net]:
     """The nets of a folder by region; a region without a net is left out."""
+    folder = Path(folder)
     found = {region: file_of(folder, region) for region in CROPPED}
     return {region: net_of(path) for region, path in found.items() if path}
 
@@ -128,7 +129,7 @@ def look_seen(seen: Seen, nets: Mapping[str, Net], zone: str) -> Look:
 def look_with(numbers: Mapping[str, np.ndarray], zone: str) -> Look:
     """A look of (7,) numbers by region, with the settings of the nearest finishes."""
     parts = {region: product_with(values, region) for region, values in numbers.items()}
-    return Look(**parts, zone=zone)
+    return Look(**parts, **({"zone": zone} if "eyes" in parts else {}))
 
 
 def paper_look(rgb8: np.ndarray, nets: Mapping[str, Net], zone: str = "lid") -> Look | None:

@@ -32,7 +32,6 @@ from makeup_video.training.worn.zones import EYES, ZONES, Seen, Transfer, see
 
 BEGIN, END = "<!-- real photographs -->", "<!-- end of real photographs -->"
 _LONGEST_PX = 700  # photos with a longer side are scaled down to it
-_ODD = UNUSABLE | {"p"}  # flags of photos that are left out; p: face paint, or pixelated
 _SHEET_PX = 300  # side of each picture on a sheet
 _BINS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)  # of the probabilities
 _ALARMS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3)  # rates at which the page gives the ROC curves
@@ -101,7 +100,7 @@ def labelled_layers(
 
 def labels_of(folder: Path) -> dict[str, dict[str, str]]:
     """The rows of worn.csv by name; unusable photos are left out."""
-    return {row["name"]: row for row in labelled_rows(folder) if not set(row["flags"]) & _ODD}
+    return {row["name"]: row for row in labelled_rows(folder) if not set(row["flags"]) & UNUSABLE}
 
 
 def worn_of(folder: Path, step: int = 1) -> dict[str, Worn]:

@@ -149,3 +149,12 @@ def test_the_name_of_a_format_may_tell_the_range(pix_fmt, range_):
     is_full = range_ == 2 or (range_ == 0 and pix_fmt == "yuvj420p")
     assert coding_of(frame).full_range is is_full
     assert frame.tags == ColourTags(1, 2 if is_full else range_, 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("time_base", "tags", "words"),
+    [(1 / 30, ColourTags(), "time_base must be a Fraction"), (TICK, None, "tags must be Colour")],
+)
+def test_a_time_base_or_tags_of_another_type_are_refused(time_base, tags, words):
+    with pytest.raises(TypeError, match=words):
+        Frame(picture(3, 34, 18, "yuv420p"), 0, time_base, tags)

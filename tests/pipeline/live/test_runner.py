@@ -128,6 +128,17 @@ def test_when_the_last_sink_fails_the_run_ends_with_its_error():
     until(lambda: not our_threads())
 
 
+def test_when_the_last_sink_fails_after_others_ended_so_does_the_run(camera):
+    ended, broken = List("ended"), List("broken", error=OutputError("nowhere to write"))
+    runner = LiveRunner(camera, LivePicture, [ended, broken], log=pytest.fail)
+    thread, raised = started(runner)
+    runner.end(ended)
+    until(lambda: ended.is_finished)
+    camera.allowed.release()
+    thread.join(20)
+    assert isinstance(raised[0], OutputError)
+
+
 @pytest.mark.parametrize("where", ["camera", "work", "sink"])
 def test_an_error_ends_the_run_and_the_sinks_still_finish(where):
     good = List("good", waiting=9)

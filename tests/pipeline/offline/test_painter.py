@@ -1,5 +1,7 @@
 """Frames in memory: painted like a video's, in order, and everything else stays as it was."""
 
+import copy
+import pickle
 from concurrent.futures import ThreadPoolExecutor
 from decimal import Decimal
 from fractions import Fraction
@@ -315,3 +317,29 @@ def test_only_pixels_that_change_are_converted_back(rgb8, data):
     assert np.abs(painted[y, x].astype(int) - rgb8[y, x]).max() <= 3
     painted[y, x] = rgb8[y, x]
     np.testing.assert_array_equal(painted, rgb8)
+
+
+def test_a_wrong_frame_is_named_by_its_number():
+    frames = [portrait()] * 2
+    for bad, words in (
+        (None, "an array"),
+        (portrait()[..., 0], "8-bit RGB"),
+        ("a.png", "an array"),
+    ):
+        with pytest.raises(ValueError, match=f"^frame 2: a picture must be .*{words}"):
+            list(paint_frames([*frames, bad], Look()))
+    with pytest.raises(TypeError, match=r"^frame 2: .* number of seconds, got '3'"):
+        list(paint_frames([*zip(frames, (1, 2), strict=True), (portrait(), "3")], Look()))
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, pickle.dumps])
+def test_a_painter_is_not_copied(copied):
+    with pytest.raises(TypeError, match="cannot be copied or pickled: make another"):
+        copied(Painter(BLUE))
+
+
+def test_none_stands_for_all_faces_and_the_processor():
+    frames = clip(1)
+    one = Painter(BLUE, faces=None, device=None)(frames[0], 0)
+    assert (one == Painter(BLUE)(frames[0], 0)).all()
+    assert len(list(paint_frames(frames, BLUE, faces=None, device=None))) == 1

@@ -117,3 +117,21 @@ def test_threads_mean_nothing_to_a_picture(tmp_path, name):
 def test_impossible_trims_are_refused(span):
     with pytest.raises(UsageError, match="start_seconds must be"):
         Settings(start_seconds=Fraction(span[0]), end_seconds=span[1])
+
+
+@pytest.mark.parametrize(
+    ("name", "usual"), [("faces", "all"), ("device", ""), ("hardware", "none")]
+)
+def test_none_stands_for_the_usual_choice(name, usual):
+    assert getattr(Settings(**{name: None}), name) == usual
+
+
+@pytest.mark.parametrize("workers", [3, [1], "ab", object()])
+def test_workers_of_another_type_are_refused_at_once(workers, tmp_path):
+    with pytest.raises(TypeError, match=r"workers must be a list of workers, got .*jobs"):
+        process_video("missing.mp4", tmp_path / "out.mp4", workers=workers)
+
+
+def test_a_share_of_memory_is_a_number(tmp_path):
+    with pytest.raises(TypeError, match="memory_share must be a number"):
+        process_looks("missing.mp4", {tmp_path / "out.mp4": Look()}, memory_share="0.5")

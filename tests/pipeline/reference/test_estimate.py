@@ -13,6 +13,7 @@ from makeup_video.pipeline import (
     GraphicsParams,
     Look,
     PhotoError,
+    SeveralFacesError,
     apply_look,
     estimate_look,
     lip_mask,
@@ -156,6 +157,19 @@ def test_a_file_is_named_in_its_refusal(tmp_path):
 def test_anything_but_an_rgb_picture_is_a_value_error(bad):
     with pytest.raises(ValueError, match="8-bit RGB"):
         estimate_look(bad)
+
+
+def test_several_faces_come_with_the_argument_that_chooses(tmp_path):
+    two = np.hstack([portrait(), portrait()])
+    with pytest.raises(SeveralFacesError, match=r"give one of find_faces\(rgb8\) as `face`; there"):
+        estimate_look(two)
+    cv2.imwrite(str(tmp_path / "two.png"), two[..., ::-1])
+    words = r'two.png: one face .* give face="largest" or the number of a face; there are 0 at \('
+    with pytest.raises(SeveralFacesError, match=words) as raised:
+        look_from_photo(tmp_path / "two.png")
+    assert len(raised.value.faces) == 2
+    chosen = look_from_photo(tmp_path / "two.png", face="largest")
+    assert chosen == estimate_photo(tmp_path / "two.png", 0).look
 
 
 # -- seven numbers -> a product
