@@ -69,7 +69,9 @@ def check_rgb8(rgb8: np.ndarray) -> None:
             f"a picture must be (H, W, 3) uint8, got {shape} {dtype}: convert it to 8-bit RGB first"
         )
     if 0 in shape:
-        raise ValueError(f"a picture must have pixels, got {shape}: give some, as 8-bit RGB")
+        raise ValueError(
+            f"a picture must be (H, W, 3) uint8, got {shape}, no pixel: give 8-bit RGB with some"
+        )
 
 
 def check_paintable(rgb8: np.ndarray) -> None:

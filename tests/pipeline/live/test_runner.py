@@ -128,7 +128,7 @@ def test_when_the_last_sink_fails_the_run_ends_with_its_error():
     until(lambda: not our_threads())
 
 
-def test_when_the_last_sink_fails_after_others_ended_so_does_the_run(camera):
+def test_a_run_ends_when_its_last_open_sink_fails(camera):
     ended, broken = List("ended"), List("broken", error=OutputError("nowhere to write"))
     runner = LiveRunner(camera, LivePicture, [ended, broken], log=pytest.fail)
     thread, raised = started(runner)
