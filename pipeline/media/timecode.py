@@ -11,15 +11,16 @@ def moved_timecode(text: str, seconds: Fraction, rate: Fraction) -> str:
 
     rate: frames per second. Timecode counts frames at the nearest whole rate. With ";" or "." (drop
     frame, SMPTE ST 12-1) it skips the first two numbers at 30 fps, or four at 60 fps, in every
-    minute except each tenth. After 24 hours it begins anew. Text that is not a timecode stays as it
-    is.
+    minute except each tenth; other rates have no drop frame. After 24 hours it begins anew. Text
+    that is not a timecode stays as it is.
     """
     parts = _TIMECODE.fullmatch(text.strip())
     whole = round(rate)
     if parts is None or whole < 1:
         return text
     hours, minutes, second, frame = (int(parts[at]) for at in (1, 2, 3, 5))
-    dropped = 2 * (whole // 30) if parts[4] != ":" else 0  # numbers skipped in a minute
+    drops = parts[4] != ":" and whole % 30 == 0
+    dropped = 2 * (whole // 30) if drops else 0  # numbers skipped in a minute
     minutes += 60 * hours
     count = (60 * minutes + second) * whole + frame - dropped * (minutes - minutes // 10)
     count = (count + round(seconds * rate)) % (1440 * 60 * whole - dropped * (1440 - 144))

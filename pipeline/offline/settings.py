@@ -73,7 +73,7 @@ class Settings:
     jobs: how many segments are painted at once; None: half as many as there are cores.
     device: the OpenCL device that paints, by its number or a part of its name; "": the processor.
     decoder_threads, encoder_threads: 0: FFmpeg chooses. None: for the decoder half as many as there
-    are cores; for the encoder FFmpeg's choice, but one per core for H.264 of 2160p.
+    are cores; for the encoder FFmpeg's choice, but one per core for H.264 of 6 million px and more.
     stage_threads: threads that share the stages between decoder and encoder; None: as in Runner.
     observe: called with the time that each stage took for each item, by the threads of the stages.
     on_whole: called, by any thread, when the output is whole and about to get its name.

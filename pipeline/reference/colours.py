@@ -89,7 +89,7 @@ def with_distances(logarithms: np.ndarray, bare: np.ndarray) -> np.ndarray:
 
     By these distances (Mahalanobis 1936) violet lips differ from bare ones, which may be red or
     brown. The squares are bounded, and divided by 4.
-    bare: (6, 12), the mean and the inverse covariance of each area on bare faces.
+    bare: (6, 12), the median and the inverse covariance of each area on bare faces.
     """
     off = areas(logarithms) - bare[:, :3]
     inverse = bare[:, 3:].reshape(-1, 3, 3)

@@ -94,7 +94,7 @@ def away_from_bare(numbers: np.ndarray, bare: np.ndarray) -> float:
 
     That is the second smallest of the four distances (Mahalanobis 1936): the fourth block may be a
     highlight or a shadow.
-    numbers: (102,).  bare: (4, 12), the mean and the inverse covariance of each block.
+    numbers: (102,).  bare: (4, 12), the median and the inverse covariance of each block.
     """
     off, inverse = middles(numbers) - bare[:, :3], bare[:, 3:].reshape(-1, 3, 3)
     squares = np.einsum("bi,bij,bj->b", off, inverse, off)

@@ -1,7 +1,7 @@
 """The numpy twin of the fit in kernels/face.cl.
 
 The fit finds where each place of a face's picture lies on the mean face, and how the face is turned
-there. The 478 points tell this only at the points themselves. Between them a cubic in the picture's
+there. Points of the face tell this only at the points themselves. Between them a cubic in the picture's
 x and y holds for the whole face, and a sum of Gaussians around points adds what the cubic misses.
 Both come from one solve: a Gaussian process with these two as its covariance (Rasmussen and
 Williams 2006, 2.7).

@@ -26,6 +26,7 @@ COUNTERS = {
     (25, ":"): list(names(25, 0, ":")),
     (30, ";"): list(names(30, 2, ";")),
     (60, "."): list(names(60, 4, ".")),
+    (50, ";"): list(names(50, 0, ";")),  # mislabelled: no drop frame at this rate
 }
 
 
