@@ -1,8 +1,8 @@
 """The numpy twin of the fit in kernels/face.cl.
 
 The fit finds where each place of a face's picture lies on the mean face, and how the face is turned
-there. Points of the face tell this only at the points themselves. Between them a cubic in the picture's
-x and y holds for the whole face, and a sum of Gaussians around points adds what the cubic misses.
+there. Points of the face tell this only where they lie. Between them a cubic in the picture's x and
+y holds for the whole face, and a sum of Gaussians around points adds what the cubic misses.
 Both come from one solve: a Gaussian process with these two as its covariance (Rasmussen and
 Williams 2006, 2.7).
 Points that turn away from the viewer, or that another part of the face hides (the cheek behind the
