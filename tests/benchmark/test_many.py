@@ -17,6 +17,9 @@ def test_one_run_and_separate_runs_paint_all_looks(tmp_path):
     for number in range(3):
         assert len(decoded(tmp_path / f"look{number}.mp4")) == video.frames
     assert found["further_by_own"] == pytest.approx(found["further_cpu_ms"] / found["own_cpu_ms"])
+    costs = {name: run["cpu_ms_per_frame"] for name, run in found["runs"].items()}
+    assert found["own_cpu_ms"] == pytest.approx(costs["one"] - costs["shared"])
+    assert found["further_cpu_ms"] == pytest.approx((costs["many"] - costs["one"]) / 2)
     memory = found["memory_mb"]
     assert memory["further"] == pytest.approx((memory["many"] - memory["one"]) / 2)
     ((title, head, rows),) = more_tables({"looks": {"size": "144p", **found}})

@@ -16,6 +16,10 @@ def test_a_run_that_painted_too_few_frames_is_refused(painted, frames):
         runs.check_painted(painted, frames)
 
 
+def test_a_run_that_painted_95_of_100_frames_is_measured():
+    runs.check_painted(95, 100)
+
+
 def test_a_video_where_the_face_leaves_is_refused(tmp_path):
     source = write_video(tmp_path / "leaves.mkv", [*clip(20), *[grey()] * 10])
     with pytest.raises(InputError, match="of 30 frames"):

@@ -70,3 +70,11 @@ def test_the_memory_of_a_long_video_is_sampled(bench):
     assert found["memory"] and found["memory"] == sorted(found["memory"])
     assert max(size for _, size in found["memory"]) <= found["peak_memory_mb"] * 1.05
     assert found["growth"] > 0
+
+
+def test_memory_grows_from_the_third_tenth_to_the_last(bench, monkeypatch):
+    values = {"frames_out": 9, "fps": 1.0, "peak_memory_bytes": 0}
+    values["memory"] = [[float(number), 100.0 + number] for number in range(100)]
+    monkeypatch.setattr(scaling, "run_command", lambda *_, **__: values)
+    found = scaling.over_length(bench, 144, minutes=0.01)
+    assert found["growth"] == pytest.approx(194.5 / 124.5)

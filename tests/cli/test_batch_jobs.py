@@ -5,7 +5,7 @@ import shutil
 import av
 import pytest
 from command_line import run
-from media import make_clip
+from media import damage, make_clip
 from picture_files import scene, write
 from workers import run_here
 
@@ -114,3 +114,11 @@ def test_a_batch_that_goes_on_may_have_lost_its_inputs(mixed):
     assert run_here("batch", "--list", "jobs.csv", *words).exit_code == 0
     done = run_here("batch", "gone.mp4", *words)
     assert done.exit_code == 5 and "gone.mp4 does not exist" in done.stderr
+
+
+def test_a_batch_with_a_damaged_input_exits_with_5(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    damage(make_clip(tmp_path / "in.mp4", frames=60, size_wh=(320, 240)))
+    done = run_here("batch", "in.mp4", *WORDS, "out/{name}.mp4")
+    assert done.exit_code == 5 and "1 of 1 outputs done" in done.stderr
+    assert "the input is damaged: " in done.stderr

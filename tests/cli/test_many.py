@@ -70,6 +70,7 @@ def test_a_video_in_several_looks_has_one_report(folder):
         (["-o", "{look}.jpg", "--where", "brand=A"], "--where chooses rows of a catalogue"),
         (["-o", "{look}.jpg", "--catalogue", "shades.csv", "--color", "red"], "both give the colour"),
         (["-o", "{look}.jpg", "--report", "plum.jpg"], "is one of this run's own files"),
+        (["-o", "{look}.jpg", "--report", "cat-eye.jpg"], "is one of this run's own files"),
         (["-o", "{look}/a.jpg", "--ref-face", "0"], "--ref-face chooses a face of the photo"),
     ],
 )  # fmt: skip

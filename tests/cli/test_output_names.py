@@ -6,8 +6,8 @@ import shutil
 import pytest
 from command_line import LOOK, run
 from makeup_video.cli.looks_options import WantedLook
-from makeup_video.cli.output_names import name_outputs
-from makeup_video.pipeline import Look
+from makeup_video.cli.output_names import NewFolders, name_outputs
+from makeup_video.pipeline import Look, OutputError
 from people import SAMPLES
 from PIL import Image
 
@@ -84,3 +84,10 @@ def test_an_input_without_an_extension_is_named(folder):
     done = run("in", "--look", "plum.json", "-o", "{look}.{ext}")
     assert done.exit_code == 2 and "{ext}, the input's extension" in done.stderr
     assert ", and in has none: choose another field" in done.stderr
+
+
+def test_folders_within_new_folders_are_gone_after_an_error(tmp_path):
+    with pytest.raises(OutputError), NewFolders() as folders:
+        folders.make([str(tmp_path / "a" / "b" / "out.mp4")])
+        raise OutputError("full")
+    assert list(tmp_path.iterdir()) == []

@@ -64,6 +64,15 @@ def test_without_a_terminal_a_plain_line_shows_now_and_then(monkeypatch, capsys)
     ]
 
 
+def test_no_time_is_left_beyond_the_frames_expected():
+    from fractions import Fraction
+
+    from makeup_video.cli.progress import progress_text
+
+    text = progress_text(120, 100, Fraction(30), 2.0)
+    assert text == "120/100 frames, 60 fps, 2.0x real time"
+
+
 @pytest.mark.parametrize("is_open", [False, True])
 def test_a_terminal_shows_once_that_kernels_are_compiled(monkeypatch, capsys, is_open):
     from fractions import Fraction

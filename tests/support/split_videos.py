@@ -63,10 +63,13 @@ def broadcast(path):
     return path
 
 
-def hidden_frames(path, frames=96, options=None):
+def hidden_frames(path, frames=96, options=None, container_options=None):
     """An edit list hides the first half second: a stream copy that begins inside a group."""
     whole = make_clip(path.with_name("long.mp4"), frames=frames, options=options or GROUP)
-    with av.open(str(whole)) as container, av.open(str(path), "w") as out:
+    with (
+        av.open(str(whole)) as container,
+        av.open(str(path), "w", container_options=container_options or {}) as out,
+    ):
         stream = out.add_stream_from_template(container.streams.video[0], opaque=True)
         for packet in container.demux(video=0):
             if packet.size:

@@ -241,3 +241,15 @@ def test_a_picture_after_the_last_page_wants_nothing():
         assert session.wanted == "of another room"
 
     asyncio.run(called())
+
+
+def test_nobody_compares_once_the_page_that_did_has_left():
+    def leaving(room, loop, pages):
+        for on, page in ((True, pages[0]), (True, pages[1]), (False, pages[2])):
+            room.receive(page.viewer, json.dumps({"type": "compare", "on": on}))
+        room.remove(pages[0].viewer)
+        assert room.session.compares
+        room.remove(pages[1].viewer)
+        assert not room.session.compares
+
+    in_a_room(leaving)

@@ -50,6 +50,17 @@ def test_a_foreign_host_name_is_refused_for_every_path(host):
         assert answer.status_code == 421 and "error" in answer.json()
 
 
+def test_a_second_host_name_is_refused_even_beside_ours():
+    hosts = [("host", "127.0.0.1:8080"), ("host", "evil.example:8080")]
+    assert ask("GET", "/", hosts).status_code == 421
+
+
+def test_another_site_may_link_to_the_page_but_not_post_to_it():
+    from_elsewhere = {"sec-fetch-site": "cross-site", "sec-fetch-mode": "navigate"}
+    assert ask("GET", "/", from_elsewhere).status_code == 200
+    assert ask("POST", "/", {**from_elsewhere, "origin": HERE}).status_code == 403
+
+
 def test_the_name_given_with_host_is_ours():
     answer = ask("GET", "/", {"host": "Studio.local:8080"}, "studio.local")
     assert answer.status_code == 200

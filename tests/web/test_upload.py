@@ -297,3 +297,19 @@ def test_nothing_of_a_photo_is_written_to_disk(show, page, monkeypatch):
     assert page.post("/photo", large).status_code == 200
     assert page.post("/photo", noise(3_000_000)).status_code == 422
     assert not written
+
+
+@pytest.mark.parametrize(("declared", "parts"), [(None, 6), ("1e2", 6), ("99", 6)])
+def test_a_body_without_end_is_not_read_to_its_end(monkeypatch, declared, parts):
+    monkeypatch.setattr(upload, "_THROWN_AWAY", 5000)
+    read = []
+
+    async def receive():
+        read.append(1000)
+        return {"type": "http.request", "body": bytes(1000), "more_body": len(read) < 50}
+
+    headers = [] if declared is None else [(b"content-length", declared.encode())]
+    request = Request({"type": "http", "method": "POST", "headers": headers}, receive)
+    with pytest.raises(HTTPException, match="413"):
+        asyncio.run(upload.read_body(request, 100, "the look"))
+    assert len(read) == parts

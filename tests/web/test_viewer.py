@@ -281,3 +281,11 @@ def test_a_page_that_joins_a_still_picture_is_sent_it():
             page.acknowledge()
     assert late[0].shown >= 1 and late[1].jpegs >= 1
     assert session.shown_again <= 2
+
+
+def test_a_page_that_compares_awaits_no_key_for_nothing():
+    viewer = Viewer("hello")
+    viewer.choose(True)
+    viewer.comparing = True
+    viewer.offer(ShownPicture(1, 0, None, None, VideoPicture(1, (b"", True), None)))
+    assert not viewer.needs_key

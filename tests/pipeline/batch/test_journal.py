@@ -81,6 +81,30 @@ def test_an_entry_of_other_work_does_not_count(tmp_path):
         assert journal.entry(job, look) is None and journal.knows(look.output)
 
 
+def test_another_input_of_the_same_size_is_other_work(tmp_path):
+    job = job_in(tmp_path)
+    with Journal(tmp_path / "j.jsonl") as journal:
+        journal.begin(job)
+        os.utime(job.source, (1, 1))
+        assert journal.entry(job, job.looks[0]) is None
+
+
+def test_a_file_and_its_name_are_on_the_disk_before_the_line(tmp_path, monkeypatch):
+    job, fsync, synced = job_in(tmp_path), os.fsync, []
+
+    def noted(number):
+        synced.append(os.fstat(number).st_ino)
+        fsync(number)
+
+    places = Path(job.looks[0].output), tmp_path, tmp_path / "j.jsonl"
+    with Journal(places[2]) as journal:
+        journal.begin(job)
+        places[0].write_bytes(b"done")
+        monkeypatch.setattr(os, "fsync", noted)
+        journal.end(job, [done(job)])
+    assert synced == [place.stat().st_ino for place in places]
+
+
 def test_an_input_that_was_replaced_meanwhile_is_not_done(tmp_path):
     job = job_in(tmp_path)
     (look,) = job.looks

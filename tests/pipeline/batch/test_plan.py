@@ -17,7 +17,7 @@ from makeup_video.pipeline import (
 from makeup_video.pipeline.batch.job import Done, Failed, Job, JobLook
 from makeup_video.pipeline.batch.journal import Journal
 from makeup_video.pipeline.batch.plan import check_inputs_apart, is_hopeless, is_whole, plan_batch
-from makeup_video.pipeline.batch.task import run_job
+from makeup_video.pipeline.batch.task import do_job, run_job
 from makeup_video.pipeline.images import picture_size
 from media import make_clip
 from picture_files import scene, write
@@ -184,3 +184,19 @@ def test_no_output_may_replace_an_input_of_another_job(tmp_path):
                 for source, path in ((one, tmp_path / "a.mp4"), (two, output))]  # fmt: skip
         with pytest.raises(UsageError, match="which this batch reads"):
             check_inputs_apart(jobs)
+
+
+def test_a_part_of_other_work_is_not_said_to_be_its_output(case):
+    (look,) = case.job.looks
+    case.journal.begin(replace(case.job, looks=(replace(look, look=RED),)))
+    case.part.write_bytes(b"half")
+    with pytest.raises(UsageError, match="perhaps from a run that was stopped") as caught:
+        case.plan()
+    assert "since the journal" not in str(caught.value)
+
+
+def test_another_attempt_removes_the_part_of_a_lost_machine(case):
+    job = case.journal.begin(case.job)
+    case.part.write_bytes(b"half")
+    (result,) = do_job(job.again(), lambda progress: None)
+    assert isinstance(result, Done) and not case.part.exists()

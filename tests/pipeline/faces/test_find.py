@@ -56,6 +56,7 @@ def test_twenty_faces_are_all_found():
 def test_a_face_under_forty_pixels_is_skipped_and_counted():
     picture = put(grey(), face_of(28), 300, 150)
     assert find_faces(picture) == ()
+    assert find_faces_in_frame(frame_of(picture))[1] == 1
     finder = FindFaces()
     assert all(item.faces == () for item in run([picture] * 8, finder))
     assert finder.tiny_faces > 0

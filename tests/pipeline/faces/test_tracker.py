@@ -21,6 +21,24 @@ def test_no_more_than_thirty_two_faces_are_followed():
     assert 20 < len(run([crowd] * 2)[-1].faces) <= 32
 
 
+def test_no_face_is_added_to_as_many_as_may_be_followed(monkeypatch):
+    monkeypatch.setattr(tracker, "MAX_FACES", 1)
+    picture = put(put(grey(), face_of(150), 60, 20), face_of(100), 410, 90)
+    assert all(len(item.faces) == 1 for item in run([picture] * 12))
+
+
+def test_a_followed_face_is_now_and_then_checked_mirrored(monkeypatch):
+    relocate, checks = tracker.relocate, []
+
+    def noted(nets, picture, before, seconds, verify):
+        checks.append(verify)
+        return relocate(nets, picture, before, seconds, verify)
+
+    monkeypatch.setattr(tracker, "relocate", noted)
+    run([put(grey(), face_of(150), 60, 20)] * 60)
+    assert len(checks) == 59 and sum(checks) == 4  # in each second slot of 0.24 s
+
+
 @pytest.mark.parametrize("rotation", [90, 180, 270])
 def test_a_rotated_video_is_followed_in_stored_pixels(rotation):
     plain = run(clip()[:6])

@@ -27,6 +27,12 @@ def test_a_repeated_or_earlier_stamp_counts_as_one_usual_step():
     assert seconds == pytest.approx([0, 0.04, 0.08, 0.12, 0.16])
 
 
+def test_a_pause_is_no_usual_step():
+    clock = MediaClock()
+    seconds = [clock.tick(frame(pts, Fraction(1, 100))) for pts in (0, 500, 500)]
+    assert seconds == pytest.approx([0, 5, 5 + GAP_SECONDS])
+
+
 def test_what_is_due_once_in_a_slot_is_due_in_its_first_frame():
     last, due = -math.inf, []
     for number in (0, 1, 2, 3, 4, 7, 8, 1, 2):  # tenths of a second; the clock jumps back once

@@ -9,7 +9,7 @@ import pytest
 from makeup_video.kernels.colour import LUMA_WEIGHTS, Coding, matrices
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame, plane_views
-from makeup_video.pipeline.frames.transform import upright, upright_rgb
+from makeup_video.pipeline.frames.transform import fitted, upright, upright_rgb
 from makeup_video.pipeline.live.sinks.virtual_camera import as_webcam
 from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 from media import picture
@@ -36,6 +36,16 @@ def test_rgb_follows_matrix_and_range(matrix, full_range):
     rgb = upright_rgb(frame_of(matrix, full_range, "yuv444p"))
     want = rgb_of(CODES, Coding(matrix, full_range))
     assert np.abs(rgb.astype(float) - want).max() < 1.1
+
+
+@pytest.mark.parametrize(("full_range", "black"), [(False, 16), (True, 0)])
+def test_bars_are_black_in_either_range(full_range, black):
+    shown = frame_of(1, full_range, "yuv420p").picture
+    shown.color_range = 2 if full_range else 1
+    luma, blue, red = plane_views(fitted(shown, (96, 48)), 8)
+    assert (luma[:, 16:80] == CODES[0]).all()
+    assert (np.delete(luma, slice(16, 80), axis=1) == black).all()
+    assert (np.delete(np.stack([blue, red]), slice(8, 40), axis=2) == 128).all()
 
 
 @pytest.mark.parametrize("matrix", LUMA_WEIGHTS)

@@ -326,3 +326,16 @@ def test_a_colour_may_stand_for_red_green_and_blue(rgb):
 def test_a_wrong_colour_is_one_line(values, words):
     with pytest.raises(LookError, match=re.escape(words)):
         GraphicsParams.from_dict(values)
+
+
+def test_a_layer_of_no_strength_is_not_painted():
+    worn, off = (Layer("lipstick", product("#B4002E", "gloss"), strength=n) for n in (1, 0))
+    assert Look([off]).painted == Look([worn], strength=0).painted == []
+
+
+def test_each_eye_may_wear_as_many_shadows_as_a_look():
+    shadow, most = product("#5A3A2E", "matte", "eyes"), KINDS["eyeshadow"].most
+    left, right = ([Layer("eyeshadow", shadow, {"eye": eye})] * most for eye in ("left", "right"))
+    assert len(Look([*left, *right]).layers) == 2 * most
+    with pytest.raises(LookError, match=f"got {most + 1} on the left eye"):
+        Look([*left, *right, left[0]])

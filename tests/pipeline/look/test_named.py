@@ -141,6 +141,10 @@ def test_hidden_files_and_folders_are_no_look_files(tmp_path):
     assert [path.name for path in look_files(str(tmp_path))] == ["red.json"]
 
 
+def test_a_look_keeps_its_own_name_where_others_are_numbered():
+    assert numbered(["nude", "nude", "nude-2"]) == ["nude", "nude-3", "nude-2"]
+
+
 @given(st.lists(st.sampled_from(["nude", "Nude", "nude-2", "NUDE-2", "red/1", "red:1", "red-1-3"])))
 def test_numbered_names_are_different_files(names):
     found = numbered(names)

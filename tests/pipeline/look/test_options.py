@@ -206,3 +206,9 @@ def test_each_mistake_is_one_line_that_names_the_option(choice, words):
 
 def test_look_none_paints_nothing():
     assert choose_look(Choice(base=Look())).is_bare
+
+
+def test_a_zone_keeps_the_eye_that_a_shadow_is_for():
+    shadow = Layer("eyeshadow", product("#5A3A2E", "matte", "eyes"), {"slot": "lid", "eye": "left"})
+    (layer,) = choose_look(Choice(base=Look([shadow]), zone="outer")).layers
+    assert layer.shape == {"slot": "outer", "eye": "left"}

@@ -3,6 +3,7 @@
 import io
 import os
 import random
+from fractions import Fraction
 
 import av
 import pytest
@@ -15,7 +16,7 @@ from makeup_video.pipeline import (
     UsageError,
     process_video,
 )
-from media import add_video, decoded, encode_frames, make_clip, picture, tone
+from media import add_video, decoded, encode_frames, make_clip, packets_of, picture, tone
 
 
 def refused(src, dst, error, match, **settings):
@@ -179,3 +180,17 @@ def test_a_failed_run_keeps_the_file_it_was_to_overwrite(tmp_path):
 def test_an_output_of_unknown_kind_is_refused(tmp_path, name):
     src = make_clip(tmp_path / "in.mp4")
     refused(src, tmp_path / name, UsageError, "must end in")
+
+
+def test_sound_that_lies_far_behind_its_picture_is_kept(tmp_path):
+    """A file in which all pictures precede the sound."""
+    src, far = tmp_path / "in.mkv", {"max_interleave_delta": "1"}
+    with av.open(str(src), "w", container_options=far) as out:
+        video, sound = add_video(out), out.add_stream("aac", rate=48000, layout="stereo")
+        encode_frames(out, video, range(120))
+        tone(out, sound, 4)
+    with av.open(str(src)) as container:
+        kinds = [packet.stream.type for packet in container.demux() if packet.size]
+    assert kinds.index("audio") > 100
+    process_video(src, tmp_path / "out.mkv", None, Settings(end_seconds=Fraction(2)))
+    assert len(packets_of(tmp_path / "out.mkv", "audio")) == pytest.approx(2 * 48000 / 1024, abs=2)

@@ -1,10 +1,19 @@
 """Damaged input: decode what decodes, count and report the damage, never hang."""
 
 import random
+from contextlib import closing
+from fractions import Fraction
 
 import pytest
 from makeup_video.pipeline import process_video
-from media import decoded, make_clip
+from makeup_video.pipeline.media.codecs import CODECS
+from makeup_video.pipeline.media.decode import Decoder
+from makeup_video.pipeline.media.input_file import open_video
+from makeup_video.pipeline.media.pixel_format import ConvertPixelFormat
+from makeup_video.pipeline.media.segment_file import SegmentWriter
+from makeup_video.pipeline.media.segment_trim import SegmentTrim
+from makeup_video.pipeline.media.segments import plan_segments
+from media import damage, decoded, make_clip, packets_of
 from split_videos import hidden_frames
 
 
@@ -73,3 +82,37 @@ def test_a_sound_clip_is_not_called_damaged(tmp_path):
         report = process_video(src, tmp_path / f"out-{name}.mp4")
         assert not report.damaged, name
         assert report.warnings() == [], name
+
+
+def damaged_frames(src, segment=None):
+    """How many frames are counted as damaged in a video, or in one of its segments."""
+    with closing(open_video(src)) as source:
+        trim = segment and SegmentTrim(segment, 0, source.time_base)
+        convert = ConvertPixelFormat(CODECS["h264"], None)
+        nowhere = SegmentWriter(src.with_name("out"), "mp4")
+        decoder = Decoder(source, convert, nowhere, segment=trim)
+        for _ in decoder.frames():
+            pass
+    return decoder.stats.corrupt_frames
+
+
+def test_damage_in_the_run_up_of_a_segment_is_counted_once(tmp_path):
+    src = make_clip(tmp_path / "in.mp4", frames=150, size_wh=(320, 240), options={"g": "30"})
+    damage(src)
+    with closing(open_video(src)) as source:
+        plan = plan_segments(source, Fraction(1))
+    counts = [damaged_frames(src, one) for one in plan.segments]
+    assert len(counts) == 5 and sum(counts) == damaged_frames(src) > 0
+
+
+def test_a_cut_is_noticed_where_other_frames_are_hidden(tmp_path):
+    """An edit list hides more frames than are missing."""
+    src = hidden_frames(
+        tmp_path / "in.mp4", frames=90, options={"g": "30", "bf": "0"},
+        container_options={"movflags": "faststart"},
+    )  # fmt: skip
+    *_, (_, last) = packets_of(src, "video")
+    data = src.read_bytes()
+    src.write_bytes(data[: data.rindex(last)])
+    report = process_video(src, tmp_path / "out.mp4")
+    assert report.truncated and report.frames_out < 75

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import av
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from makeup_video.pipeline import process_video
 from makeup_video.pipeline.media.frame_times import FrameTimes, until_next
@@ -81,6 +81,7 @@ def test_after_a_clock_begins_anew_pictures_keep_their_length():
     end=st.none() | st.integers(-600, 600),
     stays=st.booleans(),
 )
+@example(pts=[0], lengths=[9] * 100, end=5, stays=False)
 def test_no_picture_is_shown_beyond_the_next_one(pts, lengths, end, stays):
     pictures = [SimpleNamespace(duration=length) for length in lengths[: len(pts)]]
     got = list(until_next(zip(pictures, pts, strict=False), end, lambda: stays))

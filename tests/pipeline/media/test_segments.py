@@ -1,5 +1,6 @@
 """Where a video is split: at key frames, about so many seconds apart, with a run-up before each."""
 
+from contextlib import closing
 from fractions import Fraction
 
 import pytest
@@ -52,6 +53,19 @@ def test_segments_share_out_the_video(video, seconds, run_up):
         else:
             assert one.run_up == one.first
     assert plan.segments[0].run_up is None and plan.segments[-1].end is None
+
+
+def test_no_seam_lies_between_frames_a_millisecond_apart(tmp_path):
+    """In Matroska's milliseconds their times could be one."""
+    ticks = [3000 * number for number in range(90)]
+    ticks[29] = ticks[30] - 90
+    src = make_clip(
+        tmp_path / "in.mp4", pts=ticks, time_base=Fraction(1, 90000),
+        options={"g": "30", "bf": "0"}, container_options={"video_track_timescale": "90000"},
+    )  # fmt: skip
+    with closing(open_video(src)) as source:
+        plan = plan_segments(source, Fraction(1))
+    assert [one.first for one in plan.segments] == [0, ticks[60]]
 
 
 def test_times_of_a_segment_are_those_of_the_output():

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.pipeline import Settings, process_video
 from makeup_video.pipeline.media.timecode import moved_timecode
+from media import add_video, encode_frames
 from rich_clips import rich_clip
 
 NTSC = Fraction(30000, 1001)
@@ -66,3 +67,17 @@ def test_an_excerpt_has_the_timecode_of_its_first_frame(tmp_path, end):
         metadata = {**container.metadata, **container.streams.video[0].metadata}
         (got,) = {value for key, value in metadata.items() if key.lower() == "timecode"}
     assert got == moved_timecode("01:02:03:04", Fraction(10) / rate, rate) != "01:02:03:04"
+
+
+def test_the_timecode_of_a_late_video_counts_from_its_frames(tmp_path):
+    """The file's clock begins at one second, where its first frame has its timecode."""
+    with av.open(str(tmp_path / "in.mkv"), "w") as out:
+        out.metadata["timecode"] = "01:00:00:00"
+        video = add_video(out, options={"g": "15", "bf": "0"})
+        encode_frames(out, video, range(30, 90))
+    cut = Settings(start_seconds=Fraction(3, 2))
+    process_video(tmp_path / "in.mkv", tmp_path / "out.mkv", None, cut)
+    with av.open(str(tmp_path / "out.mkv")) as container:
+        metadata = {**container.metadata, **container.streams.video[0].metadata}
+        (got,) = {value for key, value in metadata.items() if key.lower() == "timecode"}
+    assert got == "01:00:01:15"

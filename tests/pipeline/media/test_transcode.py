@@ -6,6 +6,7 @@ import av
 import numpy as np
 import pytest
 from makeup_video.pipeline import process_video
+from makeup_video.pipeline.media.transcode import AudioConverter
 from media import add_video, encode_frames, tone
 
 
@@ -109,3 +110,14 @@ def test_a_damaged_audio_packet_is_a_gap_not_the_end(tmp_path):
     assert report.frames_out == 30
     assert decoded_audio(dst, "opus")[1].size == pytest.approx(48000, abs=4800)
     assert Fraction(report.frames_out, 30) == 1
+
+
+@pytest.mark.parametrize(("layout", "kbit"), [("mono", 128), ("stereo", 128), ("5.1", 384)])
+def test_more_channels_get_more_bits(tmp_path, layout, kbit):
+    src = tmp_path / "in.mkv"
+    with av.open(str(src), "w") as out:
+        tone(out, out.add_stream("flac", rate=48000, layout=layout), 0.1)
+    with av.open(str(src)) as source, av.open(str(tmp_path / "out.webm"), "w") as out:
+        sound = source.streams.audio[0]
+        converter = AudioConverter(out, sound, "libopus", sound.codec_context)
+        assert converter.stream.codec_context.bit_rate == 1000 * kbit

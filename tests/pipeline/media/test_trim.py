@@ -59,6 +59,22 @@ def test_a_clip_that_begins_before_zero_is_moved_whole():
     assert [seconds for _, seconds, _ in result] == [0, 1, 2]
 
 
+def test_a_clip_moves_by_a_whole_number_of_ticks():
+    result, trim = kept([Fraction(0), Fraction(1)], Fraction(1, 3), None)
+    assert trim.shift == 333 * TICK
+    assert [seconds for _, seconds, _ in result] == [0, 667 * TICK]
+
+
+def test_a_picture_that_ends_at_the_start_is_not_kept():
+    trim = Trim(Fraction(1), None, TICK)
+    assert trim("old", Fraction(0), Fraction(1)) == trim.finish() == []
+
+
+def test_a_picture_a_tenth_after_the_start_begins_the_clip():
+    result, trim = kept([Fraction(0), Fraction(1, 5)], Fraction(1, 10), None)
+    assert [index for index, *_ in result] == [1] and trim.shift == Fraction(1, 5)
+
+
 @pytest.mark.parametrize(("start", "end", "want"), [
     (5, None, [0, 4, 5]), (5, 8, [0]), (Fraction("2.95"), None, [0, 6, 7]), (3, 9, [0]),
 ])  # fmt: skip

@@ -137,3 +137,14 @@ def test_flac_whose_last_packet_is_empty_is_whole(tmp_path):
     src.write_bytes(data[:offset] + b"free" + data[offset + 4 :])
     report = process_video(src, tmp_path / "out.mkv")
     assert report.converted == ["audio #1 (aac) -> flac"] and report.frames_out == 12
+
+
+@pytest.mark.parametrize("end", [".mp4", ".mov"])
+def test_packets_that_share_a_sample_are_not_missed(tmp_path, end):
+    """mp4 and mov put several packets of E-AC-3 into one sample."""
+    path = clip(tmp_path / f"in{end}")
+    video, audio = sent_to(path)
+    audio.codec, audio.packets = "eac3", 3 * audio.packets
+    assert missing_from(path, container_of(path), [video, audio]) is None
+    path = make_clip(tmp_path / f"silent{end}", frames=12)
+    assert "audio #1" in missing_from(path, container_of(path), [video, audio])

@@ -52,3 +52,10 @@ def test_most_frames_decide_between_two_faces():
     crossed = other._replace(number=1)
     numbers = video.next({0: own, 1: own, 2: (crossed._replace(x_px=0.0),)}, {}, [0, 1])
     assert (numbers[1], numbers[0]) == (0, 1)
+
+
+def test_two_faces_at_the_place_of_one_are_not_both_this_one():
+    video = VideoNumbers()
+    video.next({}, seen([0], 1), [0])
+    beside = Sighting(1, 10.0, 50.0, 100.0)
+    assert video.next({0: (*seen([0], 1)[0], beside)}, {}, [0, 1]) == {0: 0, 1: 1}

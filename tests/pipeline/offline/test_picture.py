@@ -161,6 +161,13 @@ def test_a_deep_photo_is_reported_with_its_own_depth(tmp_path, bits):
     assert report.conversions == [f"{bits} bits -> 8 bits (JPEG)"]
 
 
+def test_what_is_laid_on_white_is_rounded_to_the_nearest_code(tmp_path):
+    """10 at 100 of 255 on white is 158.9."""
+    grey = np.full((16, 16, 4), (10, 10, 10, 100), np.uint8)
+    process_video(write(tmp_path / "in.png", grey), tmp_path / "out.jpg")
+    assert (read_picture(tmp_path / "out.jpg")[0] == 159).all()
+
+
 @pytest.mark.parametrize("kind", ["16 bits", "transparent"])
 def test_strict_refuses_what_a_picture_would_lose(tmp_path, kind):
     pixels = scene(dtype=np.uint16) if kind == "16 bits" else scene((40, 60, 4))

@@ -187,6 +187,17 @@ def test_a_segment_that_fails_leaves_no_file(tmp_path):
     assert not list(tmp_path.glob("out*"))
 
 
+def test_an_error_of_a_segment_is_not_met_again_in_one_run(tmp_path, monkeypatch):
+    def refused(*_):
+        raise DecodeError("its size changes")
+
+    src = make_clip(tmp_path / "in.mp4", frames=60, options=GROUP)
+    monkeypatch.setattr(split_module, "process_in_segments", refused)
+    with pytest.raises(DecodeError, match="its size changes"):
+        process_video(src, tmp_path / "out.mp4", None, Settings(split_minutes=SECOND))
+    assert [path.name for path in tmp_path.iterdir()] == ["in.mp4"]
+
+
 def test_what_a_killed_run_left_is_removed_only_on_request(tmp_path):
     src = make_clip(tmp_path / "in.mp4", frames=60, options=GROUP)
     left = tmp_path / "out.part.mp4.segments"

@@ -1,10 +1,12 @@
 """Progress of a video that its caller breaks off with an error: no output, and no part."""
 
 import time
+from types import SimpleNamespace
 
 import pytest
 from makeup_video.pipeline import Look, Settings, process_looks, process_video
 from makeup_video.pipeline.media.encode import VideoEncoder
+from makeup_video.pipeline.offline.video import channel_frames
 from people import clip, write_video
 
 
@@ -55,3 +57,11 @@ def test_no_report_comes_once_an_output_is_being_finished(tmp_path, monkeypatch,
     monkeypatch.setattr(VideoEncoder, "finish", slow)
     run(src, tmp_path, Settings(overwrite=True), tick)
     assert out.read_bytes()[:3] != b"old"
+
+
+@pytest.mark.parametrize(
+    ("height_px", "bit_depth", "count"), [(144, 8, 3), (720, 8, 3), (720, 10, 1), (2160, 10, 1)]
+)
+def test_fewer_large_frames_wait_between_threads(height_px, bit_depth, count):
+    source = SimpleNamespace(frame_px=height_px * height_px * 16 // 9, bit_depth=bit_depth)
+    assert channel_frames(source) == count

@@ -315,3 +315,11 @@ def test_without_frames_ahead_no_frame_is_held_back(monkeypatch):
     items = frames_of([face(p) for p in HEAD_PX[:8]])
     got = run_stage(SmoothAhead(), items)
     np.testing.assert_allclose(xy_px(got), HEAD_PX[:8], atol=1e-3)
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_a_patch_of_another_size_begins_a_track(stage):
+    patches = [SMALL] * 6 + [lip_logits((10, 12))] * 6
+    faces = [face(HEAD_PX[number], 0, one) for number, one in enumerate(patches)]
+    found = [item.faces[0].lips.logits for item in run_stage(stage(), frames_of(faces))]
+    assert [one.shape for one in found] == [one.shape for one in patches]
