@@ -69,8 +69,8 @@ def test_a_mouth_behind_a_medical_mask_is_hidden():
     cloth = np.array([[left[0] + 8, nose[1]], nose - [0, 12], [right[0] - 8, nose[1]],
                       [right[0] - 25, chin[1]], np.add(chin, (0, 8)), [left[0] + 25, chin[1]]])  # fmt: skip
     cv2.fillPoly(picture, [np.rint(cloth).astype(np.int32)], (150, 190, 215))
-    for face in find_faces(picture):
-        assert face.mouth_weight == 0
+    (face,) = find_faces(picture)
+    assert face.mouth_weight == 0
 
 
 def test_lips_outside_the_picture_have_no_mask():

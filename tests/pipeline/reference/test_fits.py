@@ -199,7 +199,9 @@ def test_a_soft_grey_is_not_read_as_black(slot):
     dense = density(Layer("eyeshadow", LID, {"slot": slot}))[..., None]
     bare = read_array("bare_eyes.npy").astype(np.float32)[..., :3]
     seen = (1 - dense) * bare + dense * np.float32(0.5)  # of the root of skin
-    for layer in fit_shadows(wearing_nothing(), seen):
+    layers = fit_shadows(wearing_nothing(), seen)
+    assert layers
+    for layer in layers:
         read = layer.product
         assert lab_of(np.array([read.red, read.green, read.blue]))[0] > 20
 
@@ -287,7 +289,9 @@ def test_dark_brown_on_tanned_skin_in_warm_light_is_not_blue(slot, lightness, re
     bare = read_array("bare_eyes.npy").astype(np.float32)[..., :3]
     seen = (1 - dense) * bare + dense * brown.astype(np.float32)
     warm = replace(wearing_nothing(), skin=skin, light=np.array([1.15, 1.0, 0.85]))
-    for layer in fit_shadows(warm, seen):
+    layers = fit_shadows(warm, seen)
+    assert layers
+    for layer in layers:
         read = layer.product
         assert lab_of(np.array([read.red, read.green, read.blue]))[2] > -6
 

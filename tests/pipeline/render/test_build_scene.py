@@ -57,6 +57,7 @@ def test_faces_keep_their_order_and_their_lights():
 
 def test_a_face_outside_the_frame_has_a_scene_too():
     scene = scene_of(frame_of(RGB8), (true_face(POINTS + 5000), true_face(POINTS - 5000, 1)))
+    assert len(scene.faces) == 2
     for face in scene.faces:
         assert np.isfinite(face.regions["lips"][0].shading).all() and np.isfinite(
             face.light.strength
