@@ -71,7 +71,7 @@ def live(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="mjpeg or yuyv422, asked of the camera; default: the faster.",
+            help="mjpeg or yuyv422, asked of the camera; default: mjpeg if the camera has it.",
             rich_help_panel=CAMERA,
         ),
     ] = None,
