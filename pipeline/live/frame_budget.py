@@ -5,7 +5,7 @@ two frames of the camera, or had frames dropped before them. Three slow seconds 
 quality by one level, so that a single hiccup costs nothing. A second is *easy* when at least
 nineteen of twenty frames took at most two fifths of that time and none was dropped. Five easy
 seconds in a row raise the quality by one level. If the machine is slow again within twenty seconds
-of that, the next attempt needs twice as many easy seconds.
+of that, the next attempt needs twice as many easy seconds, up to 320.
 """
 
 from makeup_video.pipeline.engine.quality import QualityLevel

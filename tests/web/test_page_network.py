@@ -1,7 +1,7 @@
 """What modules of the page do on a slow network, and with what was sent as a connection broke."""
 
 import pytest
-from makeup_video.pipeline.look.ready import ready_looks
+from makeup_video.pipeline.look.ready import ready_look, ready_looks
 
 LOOKS = [ready.look.to_dict() for ready in ready_looks()[:2]]
 
@@ -109,28 +109,46 @@ def test_a_look_is_unconfirmed_until_the_server_has_it(page):
     assert page.page.evaluate(CONFIRMED, LOOKS) == want
 
 
-def test_a_look_sent_as_the_connection_broke_is_sent_again(page):
-    held = []
+class DeadConnection:
+    """Reloads a page, whose first connection is dead in one direction: nothing arrives."""
 
-    def connect(socket):
+    def __init__(self, page):
+        self.page, self.held, self.sockets, self.works = page, [], [], False
+        page.page.route_web_socket("**/ws*", self._connect)
+        page.page.reload()
+        page.until(lambda: page.pts is not None)
+
+    def _connect(self, socket):
         server = socket.connect_to_server()
-        # the first connection is dead in one direction: nothing arrives
-        socket.on_message(lambda text: held.append(text) if not again else server.send(text))
-        sockets.append(socket)
+        socket.on_message(lambda text: server.send(text) if self.works else self.held.append(text))
+        self.sockets.append(socket)
 
-    sockets, again = [], []
-    page.page.route_web_socket("**/ws*", connect)
-    page.page.reload()
-    page.until(lambda: page.pts is not None)
+    def replace(self):
+        """Break the connection once a look was sent; the next one works."""
+        self.page.until(lambda: any('"look"' in text for text in self.held))
+        self.works = True
+        self.sockets[0].close()
+        self.page.until(lambda: len(self.sockets) == 2)
+        self.page.until(lambda: not self.page.page.is_visible("#veil"))
+
+
+def test_a_look_sent_as_the_connection_broke_is_sent_again(page):
+    connection = DeadConnection(page)
     page.page.fill("#lips-panel .hex", "#102030")
-    page.until(lambda: any('"look"' in text for text in held))
+    page.until(lambda: any('"look"' in text for text in connection.held))
     mine = page.look()
-    again.append(True)
-    sockets[0].close()
-    page.until(lambda: len(sockets) == 2)
-    page.until(lambda: not page.page.is_visible("#veil"))
+    connection.replace()
     page.page.wait_for_timeout(300)
     assert page.look() == mine
+
+
+def test_a_file_sent_as_the_connection_broke_is_sent_again(page, tmp_path):
+    ready_look("sunset").look.save(tmp_path / "evening.json")
+    connection = DeadConnection(page)
+    page.page.set_input_files("#open-look input", tmp_path / "evening.json")
+    connection.replace()
+    page.until(lambda: page.page.input_value("#name") == "evening")
+    assert page.look() == ready_look("sunset").look
 
 
 # The events and state of a store when a photo's look comes while ours is on its way.

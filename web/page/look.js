@@ -155,6 +155,11 @@ export class LookStore extends EventTarget {
     this.#awaited = { file, look };
   }
 
+  /** The look of a file that was sent and not answered yet, as {file, look}, or null. */
+  get awaited() {
+    return this.#awaited;
+  }
+
   /** Stop waiting for the look of a file; returns the name of the file, or "". */
   giveUpFile() {
     const file = this.#awaited?.file ?? "";

@@ -94,6 +94,7 @@ function welcome(message) {
   }
   const forgotten = !isFirst && message.mode === "demo" && message.session !== hello.session;
   const isMine = forgotten || store.isUnconfirmed; // our own look stays
+  const { awaited } = store; // may have been lost with the last connection
   hello = message;
   document.title = `makeup-video ${hello.mode}`;
   document.body.dataset.mode = hello.mode;
@@ -110,6 +111,7 @@ function welcome(message) {
     else byId("look-words").hidden = true; // the server no longer has the photo
   }
   if (isMine) store.sendAgain();
+  if (awaited) sendFile(awaited.look, { name: awaited.file });
   compare.askAgain();
   if (hello.has_video) {
     pictureKind.then(({ isVideo, why }) => {
