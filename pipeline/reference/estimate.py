@@ -153,9 +153,7 @@ def look_from_photo(
     for a photo of another type, and TooLittleMemoryError.
     """
     if not isinstance(photo, bytes):
-        how = f"{GIVE_NAME}, or its content as bytes"
-        if isinstance(photo, np.ndarray):
-            how = "estimate_look reads an array"
+        how = "estimate_look reads an array" if isinstance(photo, np.ndarray) else GIVE_NAME
         check_path("photo", photo, how)
     try:
         return estimate_photo(photo, face).look
