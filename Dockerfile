@@ -12,7 +12,7 @@ COPY . .
 RUN pip wheel --no-cache-dir --no-deps -w /wheel .
 
 FROM python:3.12-slim-bookworm
-# PoCL compiles the kernels that paint with the system's linker.
+# PoCL needs the system's linker to compile the kernels that paint.
 RUN apt-get update \
     && apt-get install -y --no-install-recommends binutils \
     && rm -rf /var/lib/apt/lists/*

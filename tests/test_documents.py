@@ -19,7 +19,7 @@ PROGRAMS = sorted(
     for path in (DOCS / "make").glob("*.py")
     if "__main__" in path.read_text(encoding="utf-8") and path.stem != "peer_mediapipe"
 )
-FROM_CODE_ALONE = MAKERS[:2]  # of the others, people write the part after the last heading
+FROM_CODE_ALONE = MAKERS[:2]  # in the other pages, people write the part after the last heading
 
 
 @pytest.fixture(autouse=True)

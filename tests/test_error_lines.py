@@ -9,14 +9,14 @@ from makeup_video.pipeline import errors
 ROOT = Path(__file__).parents[1]
 FOLDERS = ("benchmark", "cli", "kernels", "pipeline", "web")
 NAMES = {name for name, one in vars(errors).items() if isinstance(one, type)}
-# what tells the reader what to do, or which values are right
+# words that tell the reader what to do, or which values are right
 MEND = re.compile(
     r"""\b([Gg]ive|[Cc]hoose|[Uu]se|[Tt]ry|add|leave|install|run|make|wait|name|rename|free|put
     |quote|close|end|see|save|cut|convert|check|start|keep|reload|plug|set|deinterlace
     |must|needs?|needed|expected|is\ for|gets\ JPEG|known\ are)\b""",
     re.VERBOSE,
 )
-LEAST = 5  # letters of a part of a message by which it is recognised
+LEAST = 5  # letters; a shorter part of a message does not identify it
 
 
 def text_of(node):
@@ -41,7 +41,7 @@ def messages():
 
 
 def pattern(message):
-    """What recognises a message, whatever its values are; None where too little is left."""
+    """Matches a message, whatever its values are; None if too little literal text is left."""
     parts = [part.strip() for part in message.split("…") if part.strip()]
     if max(map(len, parts), default=0) < LEAST:
         return None
@@ -49,7 +49,7 @@ def pattern(message):
 
 
 def rows():
-    """The messages of the page."""
+    """The messages that docs/troubleshooting.md explains."""
     page = (ROOT / "docs" / "troubleshooting.md").read_text(encoding="utf-8")
     cells = [line.split(" | ")[0] for line in page.splitlines() if line.startswith("|")]
     return [quoted for cell in cells for quoted in re.findall(r"`([^`]+)`", cell)]

@@ -40,7 +40,7 @@ def test_the_cells_run_from_top_to_bottom(notebook, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     cells = json.loads(notebook.NOTEBOOK.read_text(encoding="utf-8"))["cells"]
     code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
-    assert len(code) == len(notebook.code_cells()) + 1  # and the one that finds the samples
+    assert len(code) == len(notebook.code_cells()) + 1  # and the cell that finds the samples
     names = {"__name__": "notebook"}
     for number, source in enumerate(code):
         exec(compile(source, f"cell {number}", "exec"), names)  # noqa: S102

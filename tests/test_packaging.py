@@ -46,9 +46,9 @@ def test_only_the_listed_modules_use_threads():
         if "threading" in set(imported(path))
     }
     assert users == {
-        "batch/on_ray.py",  # reports while it paints; a lock of files that were sent
+        "batch/on_ray.py",  # reports while it paints; a lock for files that were sent
         "engine/fan_out.py",
-        "engine/machine.py",  # a lock of the number of OpenCV's threads
+        "engine/machine.py",  # a lock for the number of OpenCV's threads
         "engine/processes.py",  # ends with the process that started it
         "engine/runner.py",
         "engine/signals.py",  # only the main thread may set handlers

@@ -25,7 +25,7 @@ LIMITS = {
     "net_runs_eye": 1.1,
     "net_runs_mesh": 0.65,
     "net_runs_detector": 0.2,
-    # one each for the surfaces and for products, and three that paint, for any set of regions
+    # one for surfaces, one for products, and three that paint, whatever the regions are
     "kernels_launched": 5,
     "calls": 2150,
 }
@@ -33,7 +33,8 @@ LIMITS = {
 
 @pytest.fixture(scope="module")
 def work():
-    measure_work(SAMPLE, full_look(), 8)  # what is kept for all videos, whatever tests came before
+    # fills the caches that all videos share, whatever tests came before
+    measure_work(SAMPLE, full_look(), 8)
     return measure_work(SAMPLE, full_look(), FRAMES)
 
 
@@ -76,12 +77,12 @@ def frames_and_faces():
 
 
 def test_no_frame_waits_for_the_garbage_collector(tmp_path):
-    """Python's collector comes by once in hundreds of frames; they would fill the memory."""
+    """Python's collector runs once in hundreds of frames; until then they would fill the memory."""
     gc.collect()
     gc.disable()
     try:
-        before = frames_and_faces()  # of other tests
-        look = ready_look("cat-eye").look  # the lines along the lashes have most of their own
+        before = frames_and_faces()  # left by other tests
+        look = ready_look("cat-eye").look  # its lines along the lashes have the most objects
         process_video(SAMPLE, tmp_path / "out.mp4", look, Settings(end_seconds=FRAMES / 30))
         left = [one for one in frames_and_faces() if not any(one is old for old in before)]
         assert left == []

@@ -50,7 +50,7 @@ class Scene:
         self.face: Face = face or find_faces(rgb8)[0]
 
     def in_light(self, name: str) -> "Scene":
-        """Return the scene in a light of LIGHTS. Too bright values clip, as in a camera."""
+        """Return the scene in a light of LIGHTS. Values above 1 clip, as in a camera."""
         return Scene(encoded(np.clip(linear(self.rgb8) * np.float32(LIGHTS[name]), 0, 1)))
 
     def closeup(
@@ -102,7 +102,7 @@ def portrait() -> Scene:
 
 @cache
 def astronaut() -> Scene:
-    """Return the photograph of Eileen Collins, a smile, as large as a face in a 720p video."""
+    """Return the photograph of Eileen Collins, smiling, with a face as large as in a 720p video."""
     from skimage.data import astronaut  # in the extra `samples`
 
     return Scene(cv2.resize(astronaut(), None, fx=3, fy=3, interpolation=cv2.INTER_CUBIC))
@@ -159,7 +159,7 @@ def _label(text: str, width: int, height: int = _LABEL_PX) -> np.ndarray:
 
 
 def take_no_options(text: str) -> None:
-    """Print the first paragraph of a docstring for --help; refuse any other word."""
+    """Accept --help only, which prints the first paragraph of a docstring."""
     argparse.ArgumentParser(description=text.partition("\n\n")[0]).parse_args()
 
 
@@ -178,7 +178,7 @@ def write(path: Path, rgb8: np.ndarray) -> None:
 
 
 def picture(name: str) -> str:
-    """Return a picture of PICTURES in Markdown; name: without its ending."""
+    """Return the Markdown for a picture of PICTURES. name: the file name without its ending."""
     return f"![{name}]({PICTURES}/{name}.jpg)"
 
 
@@ -189,7 +189,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def kept_after(page: Path, heading: str) -> str:
-    """Return the text of a page under a heading, which people write, or ""."""
+    """Return the text under a heading of a page, which people wrote by hand, or ""."""
     if not page.exists():
         return ""
     return page.read_text(encoding="utf-8").partition(heading + "\n")[2]

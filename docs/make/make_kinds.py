@@ -16,7 +16,7 @@ from makeup_video.pipeline.look.params import hex_of
 PAGE = sheet.DOCS / "kinds.md"
 STEPS = 5
 _OPEN = 0  # a frame of samples/in.mp4 with open eyes and a closed mouth
-# What is shown of each region, and a frame beside it: for eyes one with closed lids.
+# For each region: the part of the face to show, and the frames. Eyes also need closed lids.
 _SHOWN: dict[str, tuple[sheet.What, tuple[int, ...]]] = {
     "lips": (sheet.MOUTH, (_OPEN,)),
     "eyes": (sheet.EYE, (_OPEN, 24)),
@@ -53,7 +53,7 @@ def _beside_bare(kind: Kind, looks: dict[str, Look]) -> np.ndarray:
 
 
 def draw_dials(kind: Kind) -> np.ndarray:
-    """Draw each number of the shape as it rises from left to right; the others keep a value at
+    """Draw each number of the shape as it rises from left to right. The others keep a value at
     which the number shows."""
     rows = [dial for dial in kind.dials if _is_number(dial)]
     cells = []

@@ -2,8 +2,8 @@
 
     python docs/make/make_live_picture.py
 
-The script needs Chromium and the extra `test`, and a machine without other work: where the page
-says all the time that the machine is slow, as on two cores without a GPU, so does the picture.
+The script needs Chromium, the extra `test`, and a machine without other work. On two cores without
+a GPU, the page says all the time that the machine is slow, and the picture shows this.
 """
 
 import os
@@ -29,7 +29,7 @@ _LOOK = "smoky brown"  # as its thumbnail names it; it has several layers of eye
 _HAS_THUMBNAILS = """() => [...document.querySelectorAll("#ready img")]
     .every((one) => !one.hidden)"""
 _PAUSE_MS = 1_500  # a screenshot delays the page, and its figures show the delay for a while
-# Without a GPU the browser needs more of the processor than the run does, which must keep its pace.
+# Without a GPU the browser needs more CPU time than the run, and the run must keep its pace.
 _NICE = 15
 _ALARM = "#figures .alarming"  # a slow machine, or a long delay
 _MOST_SECONDS = 60

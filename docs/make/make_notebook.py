@@ -1,4 +1,4 @@
-"""Makes docs/python.ipynb of docs/python.md: text and cells of code, without outputs.
+"""Makes docs/python.ipynb from docs/python.md: text and cells of code, without outputs.
 
     python docs/make/make_notebook.py
 

@@ -35,7 +35,7 @@ def draw_ready(face: str) -> np.ndarray:
 
 
 def draw_ready_eyes() -> np.ndarray:
-    """Draw the eyes of the looks that differ most there, in several eyes."""
+    """Draw the looks that differ most around the eyes, on several eyes."""
     scenes = {name: sheet.clip(at) for name, at in _EYES.items()}
     scenes |= {"glasses": sheet.portrait(), "smile": sheet.astronaut()}
     return sheet.draw_looks(scenes, _eye_looks(), sheet.EYE, _CELL_WH)

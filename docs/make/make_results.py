@@ -68,7 +68,7 @@ class Measuring:
         return found
 
     def tones(self, data: Path, *splits: str) -> dict[str, dict[str, Measured]]:
-        """Measure by region and skin tone of the wearer, with as many looks for each tone."""
+        """Measure by region and skin tone of the wearer, with the same number of looks for each."""
         found: dict[str, dict[str, Measured]] = {}
         for region in CROPPED:
             people = People(data, region, *splits)

@@ -2,7 +2,8 @@
 
     python docs/make/measure_frames.py [VIDEO] [ROUNDS]
 
-CPU time of this process, all its threads, in ms a frame; the ways are measured in turn.
+Prints the CPU time of all threads of this process, in ms a frame. The ways to paint are measured
+in turn.
 """
 
 import argparse
@@ -18,12 +19,12 @@ import numpy as np
 from makeup_video import Painter, Settings, apply_look, paint_frames, process_video, ready_look
 from makeup_video.pipeline.frames.rgb_frame import RgbFrame
 
-_FRAMES, _ALONE, _FIRST = 120, 20, 10  # frames; of apply_look; not counted at the start
+_FRAMES, _ALONE, _FIRST = 120, 20, 10  # frames; those for apply_look; those left out at the start
 _STAGES = ("faces", "smooth", "scene", "composite")
 
 
 def cpu_ms(painted: Iterator[object]) -> float:
-    """CPU ms of each item, without those of the start."""
+    """Mean CPU ms of an item, without the first items."""
     for _ in range(_FIRST):
         next(painted)
     began = time.process_time()
@@ -32,7 +33,7 @@ def cpu_ms(painted: Iterator[object]) -> float:
 
 
 def stages_ms(video: str, look: object) -> float:
-    """CPU ms a frame of the stages that do what paint_frames does, within process_video."""
+    """CPU ms a frame of the stages of process_video that do the work of paint_frames."""
     cost: dict[str, list[float]] = defaultdict(list)
     settings = Settings(observe=lambda name, wall, cpu: cost[name].append(cpu), overwrite=True)
     with tempfile.TemporaryDirectory() as folder:

@@ -50,7 +50,7 @@ class Level:
 
     def __call__(self, frame: Frame) -> tuple[FrameFaces, np.ndarray]:
         """Process a frame and return the smoothed faces and the painted luma."""
-        frame.writable_planes()  # as those of a camera are
+        frame.writable_planes()  # a camera's planes are writable, too
         times = [time.process_time()]
         found = self.find(frame)
         times.append(time.process_time())

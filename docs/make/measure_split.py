@@ -24,13 +24,13 @@ LENGTHS = (None, 10, 5)  # s of a segment; None: one run
 
 
 def cpu_seconds() -> float:
-    """CPU time of this process and of all that have ended, with their start."""
+    """CPU time of this process and of all child processes that have ended, start included."""
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(one.ru_utime + one.ru_stime for one in used)
 
 
 class TimedJoin(join.Join):
-    """Adds up what joining costs."""
+    """Adds up the CPU seconds of joining."""
 
     seconds = 0.0
 

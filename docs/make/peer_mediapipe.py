@@ -147,7 +147,7 @@ def peer(video: Path, target: Path, threads: tuple[int, int], whole: bool) -> di
 
 
 def compare(options: argparse.Namespace, video: Path, folder: Path) -> dict[str, dict[str, float]]:
-    """Run all in turn and return their medians. Each round begins with the next one.
+    """Run all in turn and return their medians. Each round begins with another one.
 
     The loops use their fastest thread settings.
     """

@@ -6,5 +6,5 @@ from make_notebook import without_notebook  # MkDocs looks for it beside this fi
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Leave out the link to the notebook, which is for Jupyter, and no page of the site."""
+    """Leave out the link to the notebook, which is made for Jupyter and is not on the site."""
     return without_notebook(markdown) if page.file.src_uri == "python.md" else markdown

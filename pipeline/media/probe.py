@@ -31,7 +31,10 @@ def plays(path: Path, frames: int | None = None) -> bool:
 
 
 def declared_frames(path: Path) -> int:
-    """Return how many frames a video has by its header, 0 if unknown. Raises InputError."""
+    """How many frames a video has by its header, else by its length and rate; 0 if unknown.
+
+    Raises InputError.
+    """
     with closing(open_video(path)) as source:
         return source.expected_frames or 0
 

@@ -107,7 +107,7 @@ def test_a_missing_interpreter_is_refused(python):
 
 
 def test_an_interpreter_without_the_product_is_refused(monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", ":".join(filter(None, sys.path)))  # must not count
+    monkeypatch.setenv("PYTHONPATH", ":".join(filter(None, sys.path)))  # this path must not count
     with pytest.raises(UsageError, match="No module named makeup_video"):
         against.other_version(sys._base_executable)
 

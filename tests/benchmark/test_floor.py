@@ -25,7 +25,7 @@ def test_operations_of_a_net_are_those_of_its_weights(node, operations):
 
 def test_the_nets_of_a_face_take_millions_of_operations(tmp_path):
     still = write_video(tmp_path / "a.mkv", clip(8))
-    # the first frame is searched turned, too
+    # the tracker also searches the first frame turned
     nothing = write_video(tmp_path / "b.mkv", [grey()] * 60)
     face, none = map(floor.net_operations, (still, nothing))
     assert face > none > 1e6

@@ -107,7 +107,7 @@ def test_a_clip_without_a_face_is_refused(tmp_path):
 def test_a_damaged_clip_is_refused(tmp_path):
     source = make_clip(tmp_path / "short.mp4", size_wh=(640, 360))
     data = bytearray(source.read_bytes())
-    for offset in range(48, len(data) // 2, 64):  # every packet, not the tables at the end
+    for offset in range(48, len(data) // 2, 64):  # all packets, but not the tables at the end
         data[offset : offset + 32] = bytes(32)
     source.write_bytes(data)
     with pytest.raises(InputError, match=r"short\.mp4 is damaged"):

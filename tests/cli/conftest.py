@@ -13,7 +13,7 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.fixture(scope="session")
 def long_clip(tmp_path_factory):
-    """Many small frames: a part file has some after little work, long before the end."""
+    """Many small frames: a part file soon has some of them, long before the run ends."""
     return make_clip(
         tmp_path_factory.mktemp("long") / "long.mp4", frames=1600, size_wh=(256, 144), audio="aac"
     )

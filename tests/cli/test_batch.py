@@ -36,7 +36,7 @@ def folder(clips, tmp_path, monkeypatch):
 
 @pytest.fixture
 def slow_folder(folder):
-    """The same with larger videos, which are longer in hand."""
+    """The same folder with larger videos, which take longer."""
     for name in ("a", "b"):
         write_video(folder / "clips" / f"{name}.mkv", clip(20))
     return folder
@@ -63,11 +63,11 @@ def test_a_folder_in_several_looks(folder):
     assert outputs_of(folder / "out" / "red") == ["a.mkv", "b.mkv", "portrait.jpg"]
     assert "6 of 6 outputs done; out/index.html shows them" in done.stderr
     page = (folder / "out" / "index.html").read_text()
-    assert page.count("<img") == 9  # of each input one before and two after
+    assert page.count("<img") == 9  # for each input, one before and two after
 
 
 def test_running_again_does_nothing_twice(folder):
-    words = ("batch", "clips", *LOOKS, "-o", "clips/{name}-{look}.mkv")  # among the inputs
+    words = ("batch", "clips", *LOOKS, "-o", "clips/{name}-{look}.mkv")  # beside the inputs
     assert run_here(*words).exit_code == 0
     files = {path.name: path.stat() for path in (folder / "clips").glob("?-*.mkv")}
     assert len(files) == 4
@@ -91,7 +91,7 @@ def test_a_bad_video_fails_alone_and_is_named_at_the_end(folder):
     again = run(*words)
     assert again.exit_code == 5 and last in again.stderr
     make_clip(folder / "clips" / "bad.mp4")
-    assert run(*words).exit_code == 0  # another input than the one that failed
+    assert run(*words).exit_code == 0  # a new file in place of the one that failed
 
 
 def test_failed_work_is_done_again_on_request(folder):
@@ -268,7 +268,7 @@ def test_a_batch_survives_being_killed_at_any_moment(slow_folder, seed):
         process.send_signal(signal.SIGKILL)
         code = process.wait()
         for path in (slow_folder / "out").glob("?-*.mkv") if (slow_folder / "out").exists() else ():
-            if ".part" not in path.name:  # whoever has its name is whole, and stays as it is
+            if ".part" not in path.name:  # a file with its final name is whole, and stays as it is
                 assert frames_in(path) == 20
                 assert seen.setdefault(path.name, path.stat().st_ino) == path.stat().st_ino
         if code == 0:
@@ -298,7 +298,7 @@ def test_ctrl_c_ends_with_130_and_the_batch_goes_on_later(slow_folder):
 
 @pytest.mark.parametrize("template", ["{name}.mkv", "{name}-{look}.mkv", "{name}{name}/{look}.mkv"])
 def test_a_name_that_grows_too_long_fails_alone(folder, template):
-    """Of the input's name itself, with .part beside it, with the look's, and of a folder."""
+    """The name is too long with .part, with the name of the look, or as a folder."""
     shutil.copy(folder / "clips" / "a.mkv", folder / "clips" / f"{'x' * 248}.mkv")
     words = ("batch", "clips", "--look", "none", "--codec", "ffv1", "-o", f"out/{template}")
     for more in ((), (), ("--retry",)):

@@ -15,7 +15,7 @@ WORDS = ("--look", "none", "-o")
 
 @pytest.fixture
 def mixed(tmp_path, monkeypatch):
-    """A folder with a picture and with videos, one of them of a kind that is only read."""
+    """A folder with a picture and two videos. AVI can be read, but not written."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "in").mkdir()
     make_clip(tmp_path / "in" / "a.avi", "mpeg4")

@@ -1,4 +1,4 @@
-"""Completion of a shell, which Typer's own code writes: what fails is one line."""
+"""Shell completion, which Typer's own code writes: a failure is one line."""
 
 import os
 import subprocess
@@ -13,7 +13,7 @@ pytestmark = pytest.mark.skipif(
 
 
 def in_bash(words, home, **variables):
-    """The command as a child of bash, which Typer looks for: (exit code, stdout, stderr)."""
+    """Run the command in bash, since Typer detects the shell: (exit code, stdout, stderr)."""
     script = f"{sys.executable} -m makeup_video.cli {words}; exit $?"
     process = subprocess.run(
         ["bash", "-c", script], check=False, capture_output=True, text=True, timeout=60,

@@ -96,7 +96,7 @@ def test_the_help_of_the_look_lists_what_the_tables_hold():
     assert f"{', '.join([*FINISHES][:-1])} or {[*FINISHES][-1]}." in look
     assert f"{', '.join(slots[:-1])} or {slots[-1]}." in look
     pages = "".join(help_of(name) for name in COMMANDS)
-    assert set(re.findall("{(.*?)}", pages)) == set(FIELDS)  # of templates
+    assert set(re.findall("{(.*?)}", pages)) == set(FIELDS)  # the fields of templates
 
 
 def test_help_and_error_of_parts_list_the_same_choices():
@@ -134,7 +134,7 @@ def test_every_option_is_in_one_group_of_the_help(words):
             flags = [*param.opts, *param.secondary_opts]
             matching = [head for head in shown if set(flags) <= set(re.split(r"[\s,/]+", head))]
             assert len(matching) == 1, (flags, matching)
-            # Typer's own, about the completion of a shell, name no group
+            # Typer's own options, for shell completion, name no group
             assert (param.rich_help_panel or RUN) in groups and param.help
 
 

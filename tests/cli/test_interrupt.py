@@ -56,7 +56,7 @@ def test_an_early_ctrl_c_is_one_line(folder, long_clip, delay):
     process.send_signal(signal.SIGINT)
     _, stderr = process.communicate(timeout=30)
     if process.returncode == -signal.SIGINT or "KeyboardInterrupt" in stderr:
-        # While Python starts, it exits by the signal or with 1.
+        # While Python starts, Ctrl-C ends it by the signal or with exit code 1.
         assert ", in main" not in stderr, stderr
         pytest.skip("it came before main")
     assert process.returncode == 130
@@ -129,7 +129,7 @@ def test_ctrl_c_lost_by_an_import_is_still_a_stop(monkeypatch, capsys):
 
 
 def test_ctrl_c_after_a_line_is_still_said(monkeypatch, capsys):
-    """Typer turns Ctrl-C into a bare exit code, as while a photo is read."""
+    """Typer turns Ctrl-C into a bare exit code, for example while a photo is read."""
 
     def app(**_):
         console.log("look.jpg: red lips")

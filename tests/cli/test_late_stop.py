@@ -8,7 +8,8 @@ import pytest
 from media import decoded, make_clip
 from people import SAMPLES
 
-# The real command, which receives a signal before or after it calls `name` of `where`.
+# The real command. It receives a signal before or after it calls `name` of the module or class
+# `where`.
 HOOKED = """
 import importlib, os, signal, sys, time
 from makeup_video.cli import main

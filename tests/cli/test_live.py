@@ -56,7 +56,7 @@ def test_a_video_is_painted_and_recorded_at_clock_times(folder):
     assert times[0] == 0 and len(times) == int(counts[1]) == int(counts[3])
     assert len(times) + int(counts[2]) == 12  # a busy machine drops some frames
     steps = times * 30
-    assert np.abs(steps - steps.round()).max() < 0.05  # on the video's own grid
+    assert np.abs(steps - steps.round()).max() < 0.05  # the times of the video's own frames
     plain = run("--camera", "in.mkv", "--look", "none", "--no-preview", "-o", "plain.mkv", "-q")
     assert plain.exit_code == 0 and plain.output == ""
     assert min(reddest(folder / "out.mkv")) > max(reddest(folder / "plain.mkv")) + 10

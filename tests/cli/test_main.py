@@ -152,7 +152,7 @@ def test_nothing_heavy_is_imported_before_it_is_needed():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-# Prints whether Python seeks garbage once a command works, and whether modules are left out.
+# Prints whether the garbage collector runs once a command works, and whether it skips modules.
 SEEKING = """
 import gc, sys
 from makeup_video.cli import main

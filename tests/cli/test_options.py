@@ -49,7 +49,7 @@ def test_apply_batch_and_live_share_every_change_of_a_look():
     assert wholes == {"looks", "catalogue", "where"}
     for name in LookOptions.__dataclass_fields__:
         if name in ("look", "ref"):
-            continue  # which apply and batch take several times
+            continue  # apply and batch take these several times
         of_apply, of_batch, of_live = (
             next(param for param in commands[command].params if param.name == name)
             for command in ("apply", "batch", "live")

@@ -1,4 +1,4 @@
-"""Names of outputs: templates, their fields, and what is said where two outputs have one name."""
+"""Names of outputs: templates, their fields, and the message if two outputs share a name."""
 
 import json
 import shutil

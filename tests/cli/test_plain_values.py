@@ -1,4 +1,4 @@
-"""Options mean what Typer makes of them, and plain ones load no pydantic."""
+"""Options have the values that Typer gives them, and plain options load no pydantic."""
 
 import subprocess
 import sys
@@ -29,7 +29,7 @@ WORDS = [
 
 
 def command(cls):
-    """A program that shows its values, as a command of ours or as one of Typer's."""
+    """A program that shows its values; cls: our class of commands, or Typer's."""
     app = typer.Typer()
 
     @app.command(cls=cls)

@@ -91,5 +91,5 @@ def test_a_terminal_shows_once_that_kernels_are_compiled(monkeypatch, capsys, is
             Device.on_compile()
             Device.on_compile()
         assert capsys.readouterr().err.count(line) == has_terminal
-        Device.on_compile()  # of a later run in this process
+        Device.on_compile()  # in a later run of this process
     assert line not in capsys.readouterr().err

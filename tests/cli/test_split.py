@@ -29,7 +29,7 @@ def src(video, tmp_path, monkeypatch):
 
 
 def children_of(process):
-    """Of all threads: each worker is started by one of its own."""
+    """Children of all threads, because a thread of its own starts each worker."""
     found = []
     for task in Path(f"/proc/{process.pid}/task").glob("*/children"):
         with contextlib.suppress(OSError):  # the thread has ended

@@ -118,7 +118,7 @@ def _action(r: Random, kind: str, name: str) -> str:
 def _with_output(r: Random, case: Case, as_is: bool) -> Case:
     end = r.choice(_VIDEO_ENDS if case.action == "video" else _PICTURE_ENDS)
     if as_is and end == ".webm":
-        end = ".mkv"  # VP9 refuses fields, as it should
+        end = ".mkv"  # our VP9 output rightly refuses interlaced video
     options = [] if as_is else _options(r, case.action, end)
     return replace(
         case,

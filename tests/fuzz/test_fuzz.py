@@ -72,7 +72,7 @@ def test_a_seed_that_cannot_be_made_is_left_out_by_name(tmp_path):
     assert made.left_out == {"odd": "ValueError: no such encoder"}
 
 
-@pytest.mark.parametrize("kind", ["photo", "text"])  # of videos, a rare encoding differs by chance
+@pytest.mark.parametrize("kind", ["photo", "text"])  # no videos: a rare encoding differs by chance
 def test_another_process_makes_the_same_cases(seeds, tmp_path, kind):
     words = ("--kind", kind, "--seed", "again", "--first", "3", "--count", "1")
     done = fuzz(*words, "--seconds", "0.001", "--keep", str(tmp_path))

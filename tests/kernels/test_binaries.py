@@ -25,7 +25,7 @@ def folder(monkeypatch, tmp_path):
 
 @pytest.fixture
 def compiled(monkeypatch):
-    """The sources that PoCL compiles, or looks for among those that it has compiled."""
+    """The sources given to PoCL, which compiles them or finds them in its own cache."""
     sources = []
     compiled = Device._compiled
 
@@ -46,7 +46,7 @@ def kept(folder):
 
 
 def adds_three():
-    """In a process of its own."""
+    """Whether the kernel adds three, in what counts as a new process."""
     new_process()
     device = Device()
     plane = np.arange(32, dtype=np.uint8).reshape(1, 32)
@@ -65,7 +65,7 @@ def test_what_was_built_twice_is_loaded(folder, compiled):
 
 
 def test_a_process_saves_one_of_its_programs(folder, compiled):
-    """To save all of them takes as long as to build them the first time."""
+    """Saving all of them takes as long as building them the first time."""
     for saved in (0, 1, 2, 3, 3):
         new_process()
         for device, transfer in zip((Device(), Device(), Device()), (13, 16, 18), strict=True):
@@ -102,7 +102,7 @@ def cut(content):
 
 
 def of_another_processor(content):
-    """PoCL's mark, then a number for its version and the processor."""
+    """Change the number after PoCL's mark, which stands for its version and the processor."""
     changed = content[32:40] + bytes(8) + content[48:]
     return hashlib.sha256(changed).digest() + changed
 
@@ -149,4 +149,4 @@ def test_only_the_first_process_says_that_it_compiles(folder, compiled, monkeypa
     monkeypatch.setattr(Device, "on_compile", lambda: told.append(len(compiled)))
     for _ in range(3):
         assert adds_three()
-    assert told == [0]  # before the first of two builds; the second finds PoCL's own
+    assert told == [0]  # before the first of two builds; the second uses PoCL's cache

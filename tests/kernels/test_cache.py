@@ -47,7 +47,7 @@ def test_a_temporary_folder_replaces_one_that_cannot_be_made(monkeypatch, tmp_pa
     assert own_folders(tmp_path) == [folder] and folder.stat().st_mode & 0o777 == 0o700
     reason = f"{tmp_path / 'file' / 'below'}"
     assert why_not_kept().startswith(reason) and "Not a directory" in why_not_kept()
-    assert settle() == folder and why_not_kept().startswith(reason)  # the next device, too
+    assert settle() == folder and why_not_kept().startswith(reason)  # for the next device, too
     monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path / "kept"))
     assert settle() == tmp_path / "kept" and why_not_kept() is None
     monkeypatch.setenv("POCL_CACHE_DIR", str(folder))

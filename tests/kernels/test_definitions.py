@@ -97,7 +97,7 @@ def test_definitions_of_included_files_come_first():
 
 
 def test_no_number_of_surface_is_defined_twice():
-    """Two buffers of surface.cl with a field of one name would share the macro."""
+    """Fields of the same name in two buffers of surface.cl would share a macro."""
     names = [
         name
         for layout in (surface.GIVEN, surface.OUT, surface.PLACE, surface.PLANE, surface.SCRATCH)

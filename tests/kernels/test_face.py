@@ -23,14 +23,14 @@ from people import frame_of, portrait
 
 
 def assert_same(face, frame):
-    """The kernel's surface and light are those of the twin."""
+    """Compare the surface and the light of the kernel with those of the twin."""
     surface, shading, mean = surface_made(face, frame)
     want, want_shading, want_mean = face_surface_twin(face, frame, coding_of(frame))
     for name in FaceSurface.READ[:5]:
-        # float32 in another order
+        # float32 sums in another order
         np.testing.assert_allclose(getattr(surface, name), getattr(want, name), atol=1e-3)
-    # OpenCV reads at 1/32 px, and a place whose visibility is just that of a sample may be one here
-    # and none there
+    # OpenCV reads at steps of 1/32 px. And a place whose visibility is close to the threshold of a
+    # sample may be a sample for one of the two only.
     off = np.abs(surface.likeness - want.likeness)
     assert np.mean(off) < 0.01 and np.quantile(off, 0.99) < 0.1
     seen = want.visible * want.likeness > 0.3

@@ -82,7 +82,7 @@ def test_added_light_never_falls_and_stays_below_the_ceiling():
     base = np.linspace(-0.3, 1, 50)[:, None]
     more = np.concatenate([[0], np.geomspace(1e-6, 1e6, 50)])[None]
     both = added(base, more, 1.0)
-    assert both.max() <= 1 + 1e-4  # the least room there is
+    assert both.max() <= 1 + 1e-4  # LEAST_ROOM
     assert (np.diff(both, axis=1) >= 0).all() and (np.diff(both, axis=0) > -1e-9).all()
     np.testing.assert_array_equal(both[:, 0], base[:, 0])
 
@@ -127,7 +127,7 @@ def test_a_surface_that_turns_away_reflects_more():
 
 @given(st.floats(0.002, 0.05), st.floats(0.002, 0.05), st.floats(0.0, 1.0))
 def test_highlights_have_much_of_the_hue_of_their_pixel(green, blue, gloss):
-    """On black, which shows nothing else: so brown skin at the lips' border has no white outline."""
+    """Black shows nothing else. Brown skin at the lips' border so gets no white outline."""
     bare, ones = np.array([[[0.1, green, blue]]]), np.ones((1, 1))
     coarse = float(bare[0, 0].mean()) / 4
     m = replace(of(red=0, green=0, blue=0, gloss=gloss), glint=(0, 0, 0), reflection=0.0)
@@ -213,7 +213,7 @@ def test_a_product_darker_than_lashes_covers_them():
 
 
 def test_sparing_begins_without_a_step():
-    """From a product that darkens a lash to one twice as bright as the lash, in small steps."""
+    """In small steps, from a product that darkens a lash to one twice as bright as the lash."""
     lash = 0.2 * 0.15
     greys = np.linspace(0, 90, 400)
     shown = [

@@ -102,8 +102,8 @@ def test_matches_numpy_within_one_code_value(case):
 
 
 def last_bits(coding):
-    """Tolerance, codes: PQ resolves a ten-millionth of white beside white, which float32 loses in
-    the conversion of primaries."""
+    """Tolerance in codes. PQ resolves a ten-millionth of white beside white; float32 loses so
+    little light in the conversion of primaries."""
     wide = coding.transfer == PQ and coding.primaries != 1
     return 2 ** (coding.bit_depth - 5) if wide else 0  # for the darkest channel beside bright ones
 
@@ -141,7 +141,7 @@ def test_where_there_is_no_weight_nothing_changes(case):
 @given(params(opacity=0.0, gloss=0.0, reflection=0.0), codings(), st.integers(0, 99))
 def test_a_product_without_effect_gives_the_codes_back(bare, coding, seed):
     luma, chroma = any_codes(seed, SIZE, coding)
-    if coding.transfer == PQ:  # clipped above 1.25
+    if coding.transfer == PQ:  # rows without encoded values above 1.25, which are clipped
         luma, chroma = luma[1:6], chroma[:, 1:6]
     luma, chroma = luma.copy(), chroma.copy()
     surface = any_surface(seed, luma.shape[::-1], FACING, 1.0)
@@ -292,7 +292,8 @@ def test_more_opacity_moves_every_channel_to_the_laid_colour(p, light, coding, s
         codes = np.stack([new, *unrounded], axis=-1)[skin].astype(float)
         clipped |= (codes[..., 0] == coding.max_code) | (codes[..., 0] == 0)
         shown.append(codes @ matrices(coding)[0][:, :3].T)
-    luma_code = matrices(coding)[0][0, 0]  # as R'G'B'; each luma is off by half of it
+    # one code of luma, in R'G'B'; rounding puts each luma off by half of that
+    luma_code = matrices(coding)[0][0, 0]
     off = np.abs(np.stack(shown) - shown[-1]) / luma_code
     assert np.minimum(np.diff(off, axis=0), off[1:])[:, ~clipped].max(initial=0) <= 1.01
 

@@ -56,7 +56,7 @@ def even_layers(hw, m):
 )  # fmt: skip
 def test_matches_numpy_within_one_code_value(p, light, place, coding, spared, seed):
     luma, chroma = any_codes(seed, SIZE, coding)
-    luma, chroma = luma[1:6].copy(), chroma[:, 1:6].copy()  # whose codes mean colours
+    luma, chroma = luma[1:6].copy(), chroma[:, 1:6].copy()  # rows whose codes mean colours
     surface = any_surface(seed, luma.shape[::-1], place, 1.0)
     lit = material(p, 1.0, light, place, coding, spared)
     varied = replace(surface, material=lit, layers=any_layers(seed, surface.shading.shape, lit))
@@ -97,7 +97,7 @@ def test_shine_dims_everything_that_shines():
 
 
 def mixed_regions(coding, kinds):
-    """Regions below each other; kinds: for each whether it has layers."""
+    """Regions, one below the other; kinds: for each region, whether it has layers."""
     regions = []
     for number, has_layers in enumerate(kinds):
         lit = material(product(red=60 * number, gloss=0.5), 1, white_light(), FACING, coding)
@@ -135,7 +135,7 @@ def test_regions_with_and_without_layers_share_a_canvas(kinds):
 @pytest.mark.parametrize("kinds", [(0, 0), (1, 0), (0, 1, 0), (1, 1)], ids=str)
 @pytest.mark.parametrize("block", [(2, 2), (1, 1)], ids=str)
 def test_coats_on_the_same_rectangle_lie_over_each_other(kinds, block):
-    """As if painted one after another, but each pixel keeps its own chroma in between."""
+    """Like coats painted one after another, but each pixel keeps its own chroma in between."""
     coding, beside = Coding(), mixed_regions(Coding(), (0, 1, 0))
     rect = beside[1].rect
     over = [replace(one, rect=rect) for one in mixed_regions(coding, kinds)]
@@ -150,7 +150,7 @@ def test_coats_on_the_same_rectangle_lie_over_each_other(kinds, block):
         paint_on(alone, [region], coding, block)
     for got, expected, one_by_one in zip(planes, want, alone, strict=True):
         off = np.abs(got.astype(int) - expected)
-        # a step by which a coat below is rounded otherwise may count more in the coat above
+        # where a coat below is rounded differently, the coat above may enlarge the difference
         assert off.max() <= 3 and (off > 1).sum() <= 3
         if block == (1, 1):
             assert np.abs(got.astype(int) - one_by_one).max() <= len(kinds)

@@ -18,7 +18,7 @@ from makeup_video.pipeline.render.product_twin import blend, environment_of, mat
 from makeup_video.pipeline.render.products import coat_records, coding_record
 
 SHARES = st.just(0.0) | st.floats(1e-3, 1)
-# without numbers so small that float32 loses them, beside which others would count
+# without numbers so small that float32 would lose them
 rounded = params().map(
     lambda p: replace(p, **{one.name: round(getattr(p, one.name), 4) for one in fields(p)})
 )
@@ -31,7 +31,7 @@ near = {"rtol": 2e-4, "atol": 2e-5}
 
 
 def to_px(angle, skin_px, step, off):
-    """A grid of square steps, px of the grid -> px of the rectangle."""
+    """The map from px of a grid of square steps to px of the rectangle."""
     (a, b), (c, d) = np.array(place_of(angle, skin_px).turn) * step
     return Affine(a, b, off, c, d, -off)
 
@@ -119,7 +119,7 @@ def test_regions_do_not_depend_on_each_other():
     one = lit_region(PLAIN, 1.0, white_light(), (0.1, 200, 3, 9))
     shiny = WornCoat(KINDS["eyeshadow"], product(red=20, gloss=1.0, reflection=0.5), 0.7)
     other = lit_region([*PLAIN, (shiny, 4.0)], 0.5, white_light(), (1.0, 90, 2, 5))
-    regions = [one, other] * 8  # more than at first there is room for
+    regions = [one, other] * 8  # more than the buffers have room for at first
     together, words = made(regions, Coding())
     for number, region in enumerate(regions):
         (alone,), (word,) = made([region], Coding())

@@ -137,6 +137,6 @@ def test_a_forked_process_does_not_wait_for_another_thread(monkeypatch):
     monkeypatch.setattr(program.cl, "Kernel", lambda *_: "made")
     with program._one_kernel:
         if (child := os.fork()) == 0:
-            signal.alarm(20)  # ends it if it waits
+            signal.alarm(20)  # ends the child if it waits
             os._exit(0 if make_kernel(None, "x") == "made" else 1)
     assert os.waitpid(child, 0)[1] == 0

@@ -18,7 +18,7 @@ SIDES = st.sampled_from([(True, True), (True, False), (False, True)])
 
 
 def eyes(steps=None):
-    """Both eyes of the sample; steps: how far their lids are unfolded in place of what they are."""
+    """Both eyes of the sample; steps: how far the lids are unfolded, if not as in the sample."""
     surfaces = [lit.surface for lit in close_up_scene().faces[0].regions["eyes"]]
     if steps is not None:
         surfaces[0].both.steps = steps
@@ -26,7 +26,7 @@ def eyes(steps=None):
 
 
 def charts_of(seed, sides, count):
-    """Densities without steps: OpenCV looks up at 32nds of a row."""
+    """Smooth densities, because OpenCV looks them up at steps of 1/32 of a row."""
     rng = np.random.default_rng(seed)
     y, x = np.mgrid[:ROWS, : LID_HW[1]][..., None]
     slopes, starts = rng.uniform(-0.02, 0.02, (2, 2, count)), rng.uniform(-0.2, 1.2, (2, count))
@@ -51,12 +51,12 @@ def test_coats_match_their_twin(seed, sides, opacities, steps):
         return
     np.testing.assert_allclose(got.shares, want.shares, **near)
     np.testing.assert_allclose(got.seen, want.seen, atol=1, rtol=2e-3)
-    assert (got.density != want.density).mean() < 0.01  # where a density is nearly too faint
+    assert (got.density != want.density).mean() < 0.01  # except densities nearly too faint
 
 
 @pytest.mark.parametrize("sides", [(True, True), (True, False), (False, True)], ids=str)
 def test_what_was_laid_stays_when_other_coats_are_laid(sides):
-    """Faces are laid one after another, and painted when all are."""
+    """The coats of all faces are laid, one face after another, before any face is painted."""
     surface, _ = eyes()
     first, second = charts_of(1, sides, 3), charts_of(2, (True, True), 2)
     laid = surface.lay(first, [0.3, 0.5, 0.9], device())
@@ -75,7 +75,7 @@ def test_a_long_blink_keeps_few_charts_and_its_colours():
         got, want = surface.lay(charts, opacities, device()), lay_coats(surface, charts, opacities)
         np.testing.assert_allclose(got.shares, want.shares, atol=2e-3, rtol=1e-4)
         assert len(charts.unfolded) <= KEPT
-        assert len(device().once(ShareKernel)._charts[charts]) <= KEPT + 1  # and that below the eye
+        assert len(device().once(ShareKernel)._charts[charts]) <= KEPT + 1  # and one below the eye
 
 
 def test_one_shut_eye_leaves_the_other_as_it_is():

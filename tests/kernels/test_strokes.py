@@ -19,7 +19,7 @@ lines = st.tuples(
     st.integers(0, 9999),
     st.integers(1, 3),  # strokes
     st.floats(1, 6),  # blur of the upper border
-    st.floats(0, 1),  # how much of it the lower border has
+    st.floats(0, 1),  # share of that blur at the lower border
     st.sampled_from((1.0, 0.5, 0.25)),
     st.floats(0.6, 5),  # px between places of the grid
     st.floats(-3.2, 3.2),
@@ -28,7 +28,7 @@ lines = st.tuples(
 
 
 def grid_over(step, angle, hw=(24, 40)):
-    """Around the middle of the rectangle, and smaller than it for a small step."""
+    """A grid about the rectangle's middle, and smaller than the rectangle for a small step."""
     turn = step * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     middle = np.array([[WHOLE.x + WHOLE.width / 2], [WHOLE.y + WHOLE.height / 2]])
     to_px = np.hstack([turn, middle - turn @ [[hw[1] / 2], [hw[0] / 2]]])
@@ -36,7 +36,7 @@ def grid_over(step, angle, hw=(24, 40)):
 
 
 def strokes_on(grid, seed, count):
-    """Smooth borders, as distances are."""
+    """Strokes whose borders are as smooth as distances."""
     rng, (wide, high) = np.random.default_rng(seed), grid.size_wh
     y, x = np.mgrid[:high, :wide]
     borders = []
@@ -47,7 +47,7 @@ def strokes_on(grid, seed, count):
     return tuple(borders)
 
 
-# in float32 this blur is that of the lower border, beyond which the upper one alone is smudged
+# In float32 this blur equals that of the lower border. Beyond it, only the upper one is smudged.
 HARDLY_BLURRED = (4, 3, 1.0000000000000002, 0.0, 1.0, 3.0, 0.0, Rect(WHOLE.x, WHOLE.y, 2, 1))
 
 
@@ -55,7 +55,7 @@ HARDLY_BLURRED = (4, 3, 1.0000000000000002, 0.0, 1.0, 3.0, 0.0, Rect(WHOLE.x, WH
 @given(st.lists(lines, min_size=1, max_size=3))
 @example([HARDLY_BLURRED])
 def test_lines_match_their_twin(given_lines):
-    """They lie over each other on one rectangle, each in a part of it."""
+    """The lines lie over each other on one rectangle, each in a part of the rectangle."""
     weights = canvas().place([WHOLE], (2, 2), np.dtype(np.uint8), [len(given_lines)])
     drawn, wanted = [], []
     for number, (seed, count, blur_px, lower, share, step, angle, part) in enumerate(given_lines):
@@ -70,7 +70,7 @@ def test_lines_match_their_twin(given_lines):
         wanted.append((whole, beyond(grid)))
     canvas().draw(drawn)
     for weight, (want, near_border) in zip(weights, wanted, strict=True):
-        # the twin fades out over the last hundredth of a place
+        # at the border, the twin fades out over the last hundredth of a place of the grid
         assert np.abs(weight - want)[~near_border].max(initial=0) < 2e-3
 
 

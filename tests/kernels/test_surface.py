@@ -39,8 +39,8 @@ SHUT, OPEN, BLINK = 60, 100, 75  # frames of the sample
 
 
 def made_and_meant(frame: Frame, face: Face):
-    """Pairs of a lit region from the kernel and one from numpy, each with shading and mean; lips
-    first."""
+    """For each lit region: surface, shading and mean from the kernel, then the same from numpy.
+    The lips come first."""
     (scene,) = BuildScene()(FrameFaces(frame, (face,))).faces
     by_kernel = lit_of(scene)
     lips = lips_surface(face)

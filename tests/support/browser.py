@@ -116,8 +116,8 @@ class Visit:
         self.until(lambda: self.pts is not None)
 
     def _heard(self, message: Any) -> None:
-        # the browser logs every refused request, of which the page itself shows the error, and
-        # headers that have no meaning without HTTPS
+        # The browser logs headers that have no meaning without HTTPS, and every refused request.
+        # The page itself shows the error of such a request.
         known = ["status of 4", "Opener-Policy header has been ignored"] + [
             "net::ERR_",
             "status of 503",

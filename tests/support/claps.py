@@ -42,7 +42,7 @@ def _frame(sound, at, count):
 def marks(path):
     """Seconds at which the picture flashes, and at which the sound claps.
 
-    A video that begins within a flash may lack its clap, so the first picture is no flash.
+    A video that begins within a flash may lack its clap, so the first picture never counts as one.
     """
     flashes, claps, last = [], [], 255.0
     with av.open(str(path)) as container:

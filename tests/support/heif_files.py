@@ -30,11 +30,12 @@ def heic(
 ):
     """The bytes of a HEIC file that shows rgb8 turned counter-clockwise by rotation_degrees.
 
-    tile_px: side of square tiles; None stores one picture.  mirror: then exchange top and bottom
-    (0) or left and right (1).  colr: content of a `colr` box (`nclx` or `icc`).  exif: a TIFF
-    structure.  gain_map, thumbnail: (H, W, 3) uint8, stored as pictures beside the primary one;
-    the gain map in tiles where the primary picture is.  aux: what the gain map is said to be; ""
-    leaves only the newer form of a gain map.  further: (H, W, 3) uint8, one more photo.
+    tile_px: side of square tiles; None stores one picture.  mirror: after the rotation,
+    exchange top and bottom (0) or left and right (1).  colr: content of a `colr` box (`nclx` or
+    `icc`).  exif: a TIFF structure.  gain_map, thumbnail: (H, W, 3) uint8, stored as pictures
+    beside the primary one; the gain map is tiled if the primary picture is.  aux: the declared
+    type of the gain map; "" leaves only the newer form of a gain map.  further: (H, W, 3) uint8,
+    one more photo.
     """
     file = _File()
     turns = [*_rotation(rotation_degrees), *_mirror(mirror)]
@@ -48,7 +49,7 @@ def heic(
         if aux:
             file.references.append((b"auxl", gains, [primary]))
         if aux in (GAIN_MAP, ""):
-            # since iOS 18 also as ISO 21496-1: an alternative picture made of both
+            # since iOS 18 also in the form of ISO 21496-1: an alternative picture made of both
             toned = file.add(b"tmap", TONE_MAP, [_ispe(*rgb8.shape[1::-1]), *turns])
             file.references.append((b"dimg", toned, [primary, gains]))
     if further is not None:
@@ -101,7 +102,7 @@ def _hevc(rgb8, bit_depth):
     return _hevc_of(rgb8.tobytes(), rgb8.shape, bit_depth)
 
 
-@lru_cache(maxsize=4)  # of tiles that are alike
+@lru_cache(maxsize=4)  # many tiles are alike
 def _hevc_of(pixels, shape, bit_depth):
     rgb8, file = np.frombuffer(pixels, np.uint8).reshape(shape), io.BytesIO()
     pix_fmt = "yuv420p" if bit_depth == 8 else f"yuv420p{bit_depth}le"

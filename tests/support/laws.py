@@ -14,7 +14,7 @@ from makeup_video.pipeline.look.look import Look
 from people import SAMPLES, TICK
 from skimage.color import xyz2lab
 
-# The sample, whose true points are known; faces as the product finds them
+# The true points of this sample are known; scenes have the faces that the product finds.
 SAMPLE = SAMPLES / "in.mp4"
 GAPING_MOUTHS = (193, 200)
 OPEN_MOUTHS = (60, 100, 110, *GAPING_MOUTHS)

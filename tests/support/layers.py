@@ -44,7 +44,7 @@ SHOWN = {name: dict(kind.shown) for name, kind in KINDS.items()} | {"lipstick": 
 
 
 def jobs(scene: FrameScene, layers: Iterable[Layer]) -> list[PaintJob]:
-    """What is painted for some layers on all faces of a scene."""
+    """The paint jobs of some layers on all faces of a scene."""
     groups = groups_of(Look(layers).painted)
     return [job for face in scene.faces for job in jobs_of(scene, face, groups, Reader(device()))]
 
@@ -52,7 +52,7 @@ def jobs(scene: FrameScene, layers: Iterable[Layer]) -> list[PaintJob]:
 def job_weight(
     job: PaintJob, hw: tuple[int, int], origin_xy: tuple[int, int] = (0, 0)
 ) -> np.ndarray:
-    """(h, w) float32: the weight of a job on the pixels from origin_xy on, its rect or not."""
+    """(h, w) float32: the weight of a job on the pixels from origin_xy on, in its rect or not."""
     out = np.full(hw, np.nan, np.float32)
     if job.is_line:
         grid, strokes = job.surface.grid, job.part.strokes

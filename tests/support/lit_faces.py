@@ -32,7 +32,7 @@ _device = cache(Device)
 
 
 def surface_made(face, frame):
-    """The surface of a face on a frame, the light on it, and its mean; None where there is none."""
+    """A face's surface on a frame, the light there, and its mean; None without a surface."""
     return face_surface(face, frame, coding_of(frame), face_kernel(_device()))
 
 

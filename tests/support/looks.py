@@ -14,7 +14,7 @@ UNIT = st.floats(0, 1)
 
 
 def numbers(low, high):
-    """Floats and whole numbers of a range."""
+    """Floats and integers of a range."""
     return st.floats(low, high) | st.integers(math.ceil(low), math.floor(min(high, 10**6)))
 
 
@@ -31,7 +31,7 @@ def products():
 
 
 def dial_values(dial):
-    """What a dial may be."""
+    """The values that a dial may have."""
     if dial.choices:
         return st.sampled_from(dial.choices)
     if dial.is_colour:
@@ -49,7 +49,7 @@ def density_maps():
 
 
 def shapes(kind):
-    """JSON objects of a kind's shape."""
+    """JSON objects of shapes of a kind."""
     return st.fixed_dictionaries({}, optional={dial.name: dial_values(dial) for dial in kind.dials})
 
 

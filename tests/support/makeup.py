@@ -123,7 +123,7 @@ def any_surface(
     coarse = brightest * rng.uniform(0, 1, (h, w)) ** 3 * (rng.uniform(0, 1, (h, w)) > 0.1)
     coarse = np.pad(coarse, ((0, h < 2), (0, w < 2)), mode="edge")
     normals = rng.uniform(-1.2, 1.2, (2, *coarse.shape)).astype(np.float32)
-    # the grid is as fine as the rectangle, or coarser, turned, and only on a part of it
+    # the grid has the rectangle's pixels, or is coarser, turned, and covers only a part of it
     to_grid = (1, 0, 0, 0, 1, 0) if seed % 2 else (0.6, 0.2, 1.3, -0.1, 0.5, 2.0)
     mean = float(rng.choice([0, 0.02, 0.3, brightest]))
     step = np.array([[1, 0], [0, 1]]) / place.skin_px
@@ -159,8 +159,8 @@ def paint_codes(
 
 
 def paint_on(planes, surfaces: list[PaintedRegion], coding: Coding, block: tuple[int, int]) -> None:
-    """Paint the surfaces on any planes, in place; those that follow each other on one rectangle, as
-    its coats."""
+    """Paint the surfaces on any planes, in place. Surfaces that follow each other on one rectangle
+    are painted as its coats."""
     rects, counts = zip(
         *((rect, len(list(same))) for rect, same in groupby(one.rect for one in surfaces)),
         strict=True,

@@ -11,14 +11,14 @@ def box(name: bytes, content: bytes) -> bytes:
 
 
 def clap(width: int, height: int, right: int = 0) -> bytes:
-    """A clean aperture, in pixels, that lies `right` px beside the middle."""
+    """A clean aperture, in pixels, that lies `right` px to the right of the middle."""
     return box(b"clap", struct.pack(">4I4i", width, 1, height, 1, right, 1, 0, 1))
 
 
 def describe(path: Path, *more: bytes, codec: bytes | None = None) -> Path:
-    """Add boxes to the description of a file's first track, whose index lies behind the samples.
+    """Add boxes to the sample description of a file's first track.
 
-    codec: the name of the codec, in place of the one that it has.
+    The file's index must lie behind its samples.  codec: a name to replace that of the codec.
     """
     data = bytearray(path.read_bytes())
     begin, end, heads = 0, len(data), []

@@ -12,7 +12,7 @@ SMALL = lip_logits((8, 10))
 
 
 def measure_noise(points, seconds=None):
-    """(FaceSpace, Readings, NoiseLevel) after a face at each of the points."""
+    """(FaceSpace, Readings, NoiseLevel) after one face for each element of `points`."""
     seconds = np.arange(len(points)) / 30 if seconds is None else seconds
     space, level = FaceSpace(face(points[0], logits=SMALL)), NoiseLevel()
     readings = Readings(space, len(points))

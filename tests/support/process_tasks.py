@@ -1,4 +1,4 @@
-"""Tasks for processes, which import them from here, and the numbers of such processes."""
+"""Tasks for child processes, which import them from here, and the ids of such processes."""
 
 import os
 import signal
@@ -23,7 +23,7 @@ def die_by(number, tick):
 
 
 def hang_up(job, tick):
-    """Closes the pipe to the main process, and everything else, and goes on."""
+    """Closes all open files, such as the pipe to the main process, and goes on."""
     os.closerange(3, 256)
     time.sleep(FOR_EVER)
 
@@ -72,5 +72,5 @@ def wait_for_ever(note, tick):
 
 
 def process_id(worker):
-    """The system's number of a ChildProcess; None while there is none."""
+    """The process id of a ChildProcess; None while no process runs."""
     return None if worker._process is None else worker._process.pid

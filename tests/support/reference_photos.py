@@ -23,7 +23,7 @@ def flat_eyes(neutral):
 
 
 def dots_at(landmarks, scale):
-    """A picture of this scale with dots at some points of the portrait, and the face there."""
+    """A black picture with dots at some points of the portrait, scaled by `scale`; and the face."""
     points = face().points_px * np.float32([scale, scale, scale])
     size = tuple(int(scale * side) for side in portrait().shape[:2])
     dots = np.zeros((*size, 3), np.uint8)

@@ -21,7 +21,7 @@ from websockets.sync.client import connect
 
 
 def as_read(look):
-    """What a photo that wears a look is read as."""
+    """The estimate of a photo that surely shows this look."""
     return Estimate(look, {kind: 0.97 if look.of(kind) else 0.1 for kind in WORN_FROM})
 
 
@@ -32,7 +32,7 @@ BLUE = Look(lips=product((20, 0, 200), "gloss"))
 
 
 class StandIn:
-    """One session for all pages; the test pushes the pictures. `reads` is the look of photos."""
+    """One session for all pages; the test pushes the pictures. `reads` reads photos."""
 
     mode = "demo"
     name = "stand-in"

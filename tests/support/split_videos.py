@@ -1,4 +1,4 @@
-"""Videos with key frames to be split at, each odd in its own way, and what two videos differ in."""
+"""Videos with key frames to be split at, each odd in its own way, and how two videos differ."""
 
 from fractions import Fraction
 from functools import partial
@@ -54,7 +54,7 @@ def sound_first(path):
 
 
 def broadcast(path):
-    """Times begin an hour into the day."""
+    """The times begin at one hour."""
     with av.open(str(path), "w") as out:
         video = add_video(out, options=GROUP, time_base=Fraction(1, 90000))
         sound = out.add_stream("aac", rate=48000, layout="stereo")
@@ -108,13 +108,13 @@ VIDEOS = {
 
 
 def differences(one, other):
-    """What two videos differ in, apart from the bytes of the painted video."""
+    """Names of the properties that differ, apart from the bytes of the painted video."""
     first, second = _described(one), _described(other)
     return [name for name in first if first[name] != second[name]]
 
 
 def _described(path):
-    """Everything that a player is told of a video."""
+    """Everything that a file tells a player about its video."""
     with av.open(str(path)) as container:
         video = container.streams.video[0]
         packets = [packet for packet in container.demux(video) if packet.size]

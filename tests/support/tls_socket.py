@@ -8,7 +8,7 @@ from websockets.asyncio.client import connect
 
 
 class TlsSocket:
-    """As the sockets of websockets.sync, which read and write TLS in two threads at once.
+    """Replaces the sockets of websockets.sync, which read and write TLS in two threads at once.
 
     OpenSSL does not allow that for one connection; here a single thread does both.
     """
@@ -29,7 +29,7 @@ def run(loop, awaited):
 
 @contextmanager
 def open_tls(url, tls, **options):
-    """tls: the certificates that are trusted. options: as of websockets' connect."""
+    """tls: the certificates to trust. options: those of websockets' connect."""
 
     async def opened():
         return await connect(url, ssl=tls, **options)

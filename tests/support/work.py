@@ -43,7 +43,7 @@ def measure_work(clip: Path, look: Look, frames: int) -> dict[str, float]:
     and C functions.
     """
     counted: Counter[str] = Counter()
-    # PyOpenCL looks for a free name in there, one after the other, whenever a kernel is made
+    # whenever PyOpenCL makes a kernel, it tries names one after the other until one is free there
     linecache.clearcache()
     source = open_video(local_file(clip))
     try:
@@ -112,7 +112,7 @@ def _calls(counted: Counter[str]) -> Iterator[None]:
             counted["frames_converted"] += function.__name__ in ("reformat", "to_ndarray", "to_rgb")
 
     before = sys.getprofile()
-    # other tests' libraries, such as Hypothesis, hang calls of their own on the garbage collector
+    # libraries of other tests, such as Hypothesis, add their own calls to the garbage collector
     gc.disable()
     sys.setprofile(count)
     try:

@@ -8,7 +8,7 @@ from makeup_video.pipeline.batch import run as batch_run
 
 
 class InThisProcess:
-    """Does jobs as a process does: with copies, so that what cannot be sent to one fails here."""
+    """Does jobs on copies, as a process does: objects that cannot be sent to one fail here, too."""
 
     per_machine = None
 
@@ -21,7 +21,7 @@ class InThisProcess:
 
 
 def run_here(*words):
-    """The command, whose jobs are done in this process."""
+    """Run the command, with its jobs in this process."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(batch_run, "local_workers", lambda count: [InThisProcess()])
         return run(*words)

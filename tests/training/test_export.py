@@ -68,7 +68,7 @@ def test_scenes_without_a_face_are_drawn():
     scenes = evaluate_detector.Scenes
     with (
         patch.object(scenes, "_ground", autospec=True, return_value=np.zeros((8, 8, 3))),
-        patch.object(scenes, "_decoys", autospec=True) as draw,  # refuses other parameters
+        patch.object(scenes, "_decoys", autospec=True) as draw,  # refuses a call with others
     ):
         _, faces = trials.decoys()
     assert draw.call_count == 1 and faces.shape == (0, 4)

@@ -103,7 +103,7 @@ def test_enclosed_is_sure_on_lips_and_between_them_only():
 
 @pytest.mark.parametrize(("name", "most"), [("mesh", 0.001), ("lips", 0.006), ("eye", 0.001)])
 def test_shipped_point_nets_can_be_trained_further(name, most):
-    """Of integers the weights come back rounded, and activations are not rounded any more."""
+    """Integer weights come back rounded, and activations are no longer rounded."""
     restored = pytest.importorskip("makeup_video.training.faces.from_onnx", reason="needs PyTorch")
     spec = restored.SPECS[name]
     net = restored.build(name, spec.size_wh, restored.torch.zeros(200, len(spec.points), 3))
@@ -181,12 +181,12 @@ def test_wrong_detections_are_told_from_the_face_itself():
         return np.column_stack([linear, np.array([x, y]) - linear @ [0, 0.42]])
 
     assert not score._is_elsewhere(guess(205, 146, 55), middle, unit)
-    assert score._is_elsewhere(guess(300, 150, 60), middle, unit)  # beside it
+    assert score._is_elsewhere(guess(300, 150, 60), middle, unit)  # beside the face
     assert score._is_elsewhere(guess(200, 190, 25), middle, unit)  # its chin
     assert score._is_elsewhere(guess(200, 150, 20), middle, unit)  # its nose
 
 
-@pytest.mark.parametrize("height_px", [700, 811, 950])  # a side of the input is no multiple of 32
+@pytest.mark.parametrize("height_px", [700, 811, 950])  # one side is no multiple of 32
 def test_mistakes_lie_at_the_same_place_at_any_height(height_px):
     score = pytest.importorskip(
         "makeup_video.training.faces.train_face_score", reason="needs PyTorch"
@@ -195,7 +195,7 @@ def test_mistakes_lie_at_the_same_place_at_any_height(height_px):
     face, *_ = score._detections(load_nets(), square, 256)
     found = score._detections(load_nets(), square[:height_px], 256)
     off = np.min([np.hypot(*(pose @ centre - face @ centre)) for pose in found])
-    assert off < 0.02 * np.hypot(*face[:, 0])  # what lies below a face changes its place a little
+    assert off < 0.02 * np.hypot(*face[:, 0])  # the picture below a face shifts its place a little
 
 
 def test_a_quantised_convolution_stays_close_on_256_values():
@@ -209,7 +209,7 @@ def test_a_quantised_convolution_stays_close_on_256_values():
     with torch.no_grad():
         want = net(x / 127.5 - 1)
         rounded(net)
-        net((x - 128) / 127.5)  # watches
+        net((x - 128) / 127.5)  # observes the ranges
         for rounding in roundings(net):
             rounding.settle()
         got = net((x - 128) / 127.5)
@@ -267,7 +267,7 @@ def test_kept_parts_stay_float_and_fitted_ranges_are_closer():
     rgb8 = torch.randint(0, 256, (4, 16, 32, 3), dtype=torch.uint8)
     with torch.no_grad():
         expected = teacher(model.normalise(rgb8))
-        net(quantise.codes(rgb8))  # watches
+        net(quantise.codes(rgb8))  # observes the ranges
         for rounding in rounded.roundings(net):
             rounding.highest *= 20  # as an outlier would
             rounding.settle()

@@ -9,7 +9,10 @@ from makeup_video.training.faces.fit_points import affine_of
 
 
 def shapes(outliers, seed=0):
-    """Coefficients (500, 6), those that a known map makes of them, that map, and a basis."""
+    """Coefficients (500, 6), the results of a known map, its matrix and shift, and a basis.
+
+    outliers: how many of the results are random instead.
+    """
     random = torch.Generator().manual_seed(seed)
     read = torch.randn(500, 6, generator=random, dtype=torch.float64)
     matrix = torch.eye(6, dtype=torch.float64) + 0.1 * torch.randn(

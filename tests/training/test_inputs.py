@@ -1,4 +1,4 @@
-"""Commands of training name an input that is missing, and what makes it."""
+"""Training commands name a missing input, and what makes it."""
 
 import argparse
 import subprocess

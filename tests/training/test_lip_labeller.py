@@ -1,4 +1,4 @@
-"""The labeller of lip masks: what it learns from moves with what it is told."""
+"""The labeller of lip masks: labels move with the picture, and a fitted labeller finds them."""
 
 import cv2
 import numpy as np
@@ -10,7 +10,7 @@ HIGH, WIDE = 112, 144
 
 
 def mouths(count: int) -> tuple[np.ndarray, "labeller.Labels"]:
-    """Inputs with two features, the log-odds of mouth and opening, and what is drawn."""
+    """Inputs (colours, log-odds of mouth and opening) of drawn mouths, and their labels."""
     rng = np.random.default_rng(5)
     shares = np.zeros((count, 3, HIGH, WIDE), np.float32)
     for mouth in shares:

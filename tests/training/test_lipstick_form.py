@@ -102,7 +102,7 @@ def test_labels_of_lipsticks_are_words_of_people():
 def packed(path, count=100, real=40, of_each=1):
     """Mouths whose first value is their number; the last ones are real.
 
-    of_each: how many painted ones show the same face.
+    of_each: how many painted mouths show the same face.
     """
     numbered = [np.full((*MOUTH_WH[::-1], 3), number, np.uint8) for number in range(count)]
     is_real = np.arange(count) >= count - real
@@ -129,7 +129,7 @@ def test_all_mouths_of_a_face_are_held_out_together(tmp_path):
     pytest.importorskip("torch")
     from makeup_video.training.worn import train_lipstick
 
-    packed(tmp_path / "data.npz", of_each=7)  # 60 painted ones: the last tenth begins within a face
+    packed(tmp_path / "data.npz", of_each=7)  # 60 painted: the last tenth begins within a face
     held_out = train_lipstick.Mouths(tmp_path / "data.npz").held_out.rgb8[:, 0, 0, 0]
     assert held_out.tolist() == list(range(49, 60))
 
@@ -178,7 +178,7 @@ def test_training_writes_a_net_that_answers_as_in_torch(tmp_path, capsys):
     said = capsys.readouterr().out
     assert "step 1, " in said and all(f"{name} " in said for name in NUMBERS)
     files["out"].unlink()
-    train_lipstick.train(options)  # a finished run is written again
+    train_lipstick.train(options)  # exports a finished run again
     inputs = np.stack([mouth_input(portrait(), face())] * 2)
     session = onnxruntime.InferenceSession(str(files["out"]))
     assert session.run(None, {"rgb8": inputs})[0].shape == (2, 2)

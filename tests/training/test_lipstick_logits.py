@@ -12,7 +12,7 @@ DOUBT = st.floats(-model.MARGIN + 0.01, -model.DOUBT_MARGIN - 0.01)
 
 
 def lipstick(mouth, opening, teeth, brightness=LIPS_LIGHT):
-    """Log-odds of lipstick (H, W) of arrays of that shape, or numbers."""
+    """Log-odds of lipstick, (H, W), from arrays of that shape or numbers."""
     numbers = map(torch.as_tensor, (mouth, opening, teeth, brightness))
     *planes, grey = torch.broadcast_tensors(*numbers)
     cells = torch.nn.functional.pixel_unshuffle(torch.stack(planes)[None].float(), 2)
@@ -66,7 +66,7 @@ def test_likelier_teeth_bring_less_lipstick(pixels, more):
 
 
 def test_px_of_cells_are_means_of_three_columns():
-    """Of values that alternate from column to column nothing is left: they would paint a comb."""
+    """Values that alternate from column to column cancel out: they would paint a comb."""
     torch.manual_seed(1)
     paint, features = model.PaintCells(5, 12), torch.randn(2, 5, 4, 6)
     alone = torch.nn.functional.conv2d(features, paint.weight, paint.bias)
@@ -91,7 +91,7 @@ def test_an_exported_lip_net_can_be_trained_further(tmp_path):
     torch.manual_seed(1)
     sizes = (32, 16), (8, 16, 16, 16), (0, 1, 1, 1), torch.zeros(5, 3), torch.ones(4, 15)
     net, path = model.LipNet(*sizes).eval(), tmp_path / "lips.onnx"
-    for values in net.parameters():  # the exporter would merge equal ones
+    for values in net.parameters():  # the exporter would merge equal parameters
         torch.nn.init.normal_(values, 0, 0.1)
     weight = net.paint[0].weight.clone()
     rgb8 = torch.randint(0, 256, (2, 16, 32, 3), dtype=torch.uint8)

@@ -10,8 +10,10 @@ _H, _W = 80, 112
 
 
 def mouth(gap_px: float) -> np.ndarray:
-    """A mask as in Batch: an ellipse of lips with an opening of that half height in it, whose upper
-    half is teeth."""
+    """A mask as in Batch: an ellipse of lips around an opening, whose upper half is teeth.
+
+    gap_px: half the height of the opening.
+    """
     whole, opening = np.zeros((2, _H, _W), np.uint8)
     cv2.ellipse(whole, (56, 40), (34, 18), 0, 0, 360, 255, -1, cv2.LINE_AA)
     cv2.ellipse(opening, (56, 40), (24, round(gap_px)), 0, 0, 360, 255, -1, cv2.LINE_AA)

@@ -193,7 +193,7 @@ def test_the_whole_product_reads_a_strong_lipstick():
     found = evaluate.measure(made("lips", 4), {"ours": nets}, with_product=True)
     read, bare = (np.median(found.only(name)) for name in (evaluate.PRODUCT, evaluate.SOURCE))
     assert read < bare / 2
-    assert np.ptp(found.pair("ours", "lips")[1], axis=0).max() < 1e-3  # the product is not told
+    assert np.ptp(found.pair("ours", "lips")[1], axis=0).max() < 1e-3  # the net always returns RED
     assert np.median(found.only("ours")) < bare / 2
 
 
@@ -201,7 +201,7 @@ def test_a_photo_without_a_face_leaves_the_source_as_it_is(monkeypatch):
     pytest.importorskip("torch")
     from makeup_video.training.reference import evaluate
 
-    photos = iter([lambda rgb8: None, read_look.see])  # no face in the first alone
+    photos = iter([lambda rgb8: None, read_look.see])  # no face in the first photo only
     monkeypatch.setattr(evaluate, "see", lambda rgb8: next(photos)(rgb8))
     nets = {"ours": {"lips": knowing(RED), "eyes": knowing(RED)}, "half": {"eyes": knowing(RED)}}
     found = evaluate.measure(made("lips", 2), nets)
@@ -236,7 +236,8 @@ def test_the_page_shows_misses_first_and_keeps_written_notes(monkeypatch, tmp_pa
     results = page.Results(main, kinds, kinds, {}, ["ours"], {"ours": {"lips": cost}})
     text = page.text(results)
     marks = [line.endswith("| **missed** |") for line in page.reach(results).splitlines()[2:]]
-    assert marks == sorted(marks, reverse=True) and len(marks) == 10  # without L1 and the like
+    # no rows for L1 and the like, which are not measured
+    assert marks == sorted(marks, reverse=True) and len(marks) == 10
     assert "| ours | lips | 1.5 | 2.0 | 1.0 |" in text and "not measured" in text
     path = tmp_path / "results.md"
     path.write_text(text + "\n* dark lips\n", encoding="utf-8")

@@ -58,7 +58,7 @@ def test_names_with_commas_and_accents_are_read(tmp_path):
 
 
 def test_a_kind_is_labelled_by_its_own_paint():
-    """Faint blush has the label that it has alone, whatever else is worn."""
+    """Faint blush is labelled as if it were worn alone, whatever else is worn."""
     (face,) = find_faces(PICTURE)
     layers = ready_look("clown").look.layers
     look = Look(replace(one, strength=0.02) if one.kind == "blush" else one for one in layers)

@@ -29,7 +29,7 @@ def test_every_face_is_held_out_in_one_fold(drawn, folds):
     held = [train.split(sources, real, folds, fold) for fold in range(folds)]
     assert (np.sum(held, 0) == 1).all()
     person = np.cumsum(real)
-    for fold in held:  # what is painted is held out with its face, where both are of one source
+    for fold in held:  # paint is held out with its bare face, if both are of one source
         for at in np.flatnonzero(fold[1:] & fold[:-1] & ~real[1:]):
             assert person[at] == person[at + 1]
 

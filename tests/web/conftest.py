@@ -13,7 +13,7 @@ def chromium():
 
 @pytest.fixture(scope="session")
 def demo():
-    """One for all tests: each page has a session of its own there."""
+    """One server for all tests: each page has a session of its own there."""
     executable()  # a missing browser skips the tests before the server starts
     served = Served("demo")
     yield served
@@ -24,7 +24,7 @@ def demo():
 def camera_clip(tmp_path_factory):
     """Two seconds of the sample for a camera.
 
-    A server paints it all the time: at half the size and rate that takes an eighth of the work.
+    A server paints this clip all the time; half the size and rate take an eighth of the work.
     """
     path = tmp_path_factory.mktemp("camera") / "clip.mp4"
     return resized_sample(path, (640, 360), frames=30, every=2, rate=15)

@@ -1,4 +1,4 @@
-"""Where the server listens, and what it calls that."""
+"""The address at which the server listens, and the address that it shows."""
 
 import socket
 

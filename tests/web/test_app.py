@@ -30,7 +30,7 @@ def url(show):
 
 @pytest.fixture(scope="module")
 def same_url():
-    """The page's address for tests that change nothing; a server's start and end take longer."""
+    """The page's address for tests that change nothing: they share a server, which saves time."""
     with serving(StandIn()) as url:
         yield url
 
@@ -98,7 +98,7 @@ def test_without_a_picture_there_is_nothing_to_download(url, query):
     [
         ("", 404, "reload the page"),
         ("unknown", 404, "reload the page"),
-        ("stand-in", 503, "try again"),  # its page is not connected, and connects again by itself
+        ("stand-in", 503, "try again"),  # its page lost the connection, and reconnects by itself
     ],
 )
 def test_a_session_that_no_page_watches_is_reported(url, session, code, advice):

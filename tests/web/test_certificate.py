@@ -50,7 +50,7 @@ def test_the_certificate_names_what_browsers_may_ask_for(tmp_path):
     )
     names = own_names.value.get_values_for_type(x509.DNSName)
     addresses = {str(one) for one in own_names.value.get_values_for_type(x509.IPAddress)}
-    assert set(names) == {"localhost", "pc.example"}  # as of same_origin.py
+    assert set(names) == {"localhost", "pc.example"}  # the names that same_origin.py accepts
     assert {"127.0.0.1", "::1", *filter(None, [lan_address()])} <= addresses
     assert "0.0.0.0" not in addresses
 
@@ -107,7 +107,7 @@ def test_a_key_that_cannot_be_read_is_named(own, tmp_path, monkeypatch):
     key.touch()
 
     def refuse(*_, **__):
-        raise PermissionError(13, "Permission denied")  # as ssl does, without the file's name
+        raise PermissionError(13, "Permission denied")  # ssl leaves out the file's name
 
     monkeypatch.setattr(ssl.SSLContext, "load_cert_chain", refuse)
     with pytest.raises(InputError, match=r"key\.pem cannot be read: .*; give yourself permission"):

@@ -249,7 +249,7 @@ def test_after_reading_a_socket_rests_nine_times_as_long(flooded, opcode):
 def test_bytes_per_second_of_a_socket_are_limited_too(flooded, monkeypatch):
     protocol, loop, transport = flooded
     monkeypatch.setattr(connection.time, "thread_time", lambda: 0.0)
-    # as from a transport with TLS, which ignores the limit of one read
+    # so much may come from a transport with TLS, which ignores the limit of one read
     protocol.data_received(b"\x81\xff" + (1_000_000).to_bytes(8, "big") + bytes(4) + bytes(400_000))
     rested = 0.0
     while loop.later:
@@ -259,7 +259,7 @@ def test_bytes_per_second_of_a_socket_are_limited_too(flooded, monkeypatch):
         rested += seconds
         read_on()
     assert transport.reads
-    assert rested == pytest.approx(0.2, rel=0.01)  # two million bytes a second
+    assert rested == pytest.approx(0.2, rel=0.01)  # at two million bytes a second
 
 
 @pytest.mark.parametrize("received_first", [True, False])

@@ -20,7 +20,7 @@ def test_an_upload_that_a_stop_cuts_off_is_answered_with_503():
             f"POST /photo?session=stand-in HTTP/1.1\r\nHost: {parts.netloc}\r\nOrigin: {url}\r\n"
             "Content-Length: 1000\r\n\r\nbegun".encode()
         )
-        httpx.get(url)  # answered after the server has read what came before
+        httpx.get(url)  # answered after the server has read the request above
     with raw, raw.makefile("rb") as answer:
         head, _, body = answer.read().partition(b"\r\n\r\n")
     assert head.startswith(b"HTTP/1.1 503 ") and b"nosniff" in head

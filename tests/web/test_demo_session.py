@@ -64,7 +64,7 @@ def test_our_own_portrait_is_painted_as_apply_look_paints_it(own_portrait):
     bare = rgb8_of(OURS.read_bytes())
     wanted = apply_look(np.ascontiguousarray(bare), RED)
     got = rgb8_of(own_portrait.painted(RED))
-    assert np.abs(got.astype(int) - wanted).mean() < 2  # JPEG, once more
+    assert np.abs(got.astype(int) - wanted).mean() < 2  # encoded as JPEG once more
     assert np.abs(rgb8_of(own_portrait.bare).astype(int) - bare).mean() < 2
     assert lips_of(got)[1] < lips_of(bare)[1] - 20
 
@@ -78,7 +78,7 @@ def test_a_large_portrait_is_shown_small_and_kept_large():
     )
     shown = cv2.resize(whole, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
     off = np.abs(rgb8_of(large_portrait.painted(RED)).astype(int) - shown)
-    assert off.mean() < 2 and np.percentile(off, 99.5) < 25  # faces lie where they lie in the whole
+    assert off.mean() < 2 and np.percentile(off, 99.5) < 25  # faces lie as in the large portrait
 
 
 def test_a_thumbnail_is_the_face_with_the_look(own_portrait):
@@ -308,9 +308,9 @@ def test_sessions_end_after_their_page_and_are_limited():
             show.enter("")
         show.leave(sessions[3])
         show.leave(sessions[5])
-        assert show.enter(sessions[3].name) is sessions[3]  # it came back in time
+        assert show.enter(sessions[3].name) is sessions[3]  # its page came back in time
         show.leave(sessions[3])
-        show.enter("")  # who went first gives way
+        show.enter("")  # the session whose page left first gives way
         assert show.find(sessions[5].name) is None and show.find(sessions[3].name) is sessions[3]
 
     asyncio.run(pages())

@@ -52,7 +52,7 @@ def test_idle_connections_beyond_a_number_are_closed(few, tls):
 
 
 def test_the_loop_is_one_that_accepts_by_the_listening_socket(monkeypatch):
-    """asyncio prefers another kind on Windows, which would pass by the limit."""
+    """On Windows asyncio prefers another kind of loop, which would bypass the limit."""
     monkeypatch.setattr(asyncio.events, "new_event_loop", lambda: 1 / 0)
     with serving(StandIn()) as url:
         assert httpx.get(url).status_code == 200

@@ -129,7 +129,7 @@ def test_before_is_made_only_while_somebody_compares(parts):
 
 
 def test_pages_that_begin_to_compare_now_keep_the_planes():
-    """A picture of before and after ends while a page begins to compare."""
+    """A page begins to compare just as a request for one picture of before and after ends."""
 
     class Sink(PreviewSink):
         @property
@@ -224,7 +224,7 @@ def test_the_last_picture_of_a_lost_camera_is_not_new(parts, monkeypatch):
         session.take_portrait(b"", "")
     with pytest.raises(InputError, match="the camera sends no frames now"):
         session.whole_picture(True)
-    assert session.whole_picture(False).shape == clip(1)[0].shape  # the one that pages show
+    assert session.whole_picture(False).shape == clip(1)[0].shape  # the picture that pages show
 
 
 def test_a_page_starts_and_stops_recordings_one_at_a_time():
@@ -253,7 +253,7 @@ def test_a_recording_that_failed_can_be_started_again():
 
 def test_a_page_knows_its_recordings_from_the_user_s():
     run = Run()
-    run.add_sink(List("makeup-20260101-101010.mkv"))  # of -o, called as the page's are
+    run.add_sink(List("makeup-20260101-101010.mkv"))  # -o with a name like those of a page
     session = LiveShow(run, PreviewSink(PreviewJpeg()), None, lambda: List("talk.mkv")).enter("")
     for on in (True, False):  # while it runs, and once it is over
         session.record(on)
@@ -310,7 +310,7 @@ def test_pages_choose_what_is_offered_and_no_other_file(name, size):
     session = LiveShow(Run(), PreviewSink(PreviewJpeg()), None, None, cameras).enter("")
     with pytest.raises(UsageError, match="is not offered: choose one of"):
         session.choose_camera(name, size)
-    for own in ("1280x720", ""):  # that of now, and the one that was asked for
+    for own in ("1280x720", ""):  # the present size, and the one that the user asked for
         session.choose_camera("video.mp4", own)
     assert cameras.chosen == (("video.mp4", "1280x720"), ("video.mp4", ""))
 

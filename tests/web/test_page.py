@@ -259,7 +259,7 @@ def test_on_a_phone_everything_fits_and_can_be_touched(kind, visit, request):
     for part in PARTS:
         page.page.click(f"#{part}-tab")
         page.page.set_checked(f"#{part}-panel [role=switch]", True)
-        while page.page.is_visible(f"#{part}-panel .add"):  # up to the most that there may be
+        while page.page.is_visible(f"#{part}-panel .add"):  # until no more layers are allowed
             page.page.click(f"#{part}-panel .add")
         page.open_groups()
         assert page.page.evaluate("() => document.documentElement.scrollWidth") == 360

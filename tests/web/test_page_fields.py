@@ -53,7 +53,7 @@ def test_a_text_that_is_no_colour_leaves_the_colour(page):
 def test_a_wrong_text_brings_no_older_colour_back(page):
     field = page.page.locator("#lips-panel .hex").first
     first = field.input_value()
-    for colour in ("#102030", first):  # to the same text as before, so that nothing is "changed"
+    for colour in ("#102030", first):  # ends with the first text, so no "change" event
         field.press("Control+a")
         field.press_sequentially(colour)
     field.press("Tab")
@@ -85,8 +85,8 @@ def test_text_with_a_picture_of_itself_is_pasted_as_text(page, selector, text, i
     assert page.page.get_attribute("#photo-slot", "class") == "slot"
 
 
-# The fields that can be seen whose letters are smaller than 16 px, for which iPhones enlarge the
-# page, or whose widest text is cut off.
+# The visible fields whose letters are smaller than 16 px, which makes iPhones enlarge the page, or
+# whose widest text is cut off.
 WRONG = """() => [...document.querySelectorAll("input, select")]
     .filter((one) => one.clientWidth > 1 && ["text", "number", "search", "select-one"].includes(one.type))
     .filter((one) => {

@@ -34,7 +34,7 @@ def test_the_focus_stays_in_the_row_when_layers_are_added(page):
     for _ in range(SEVERAL.most - 2):
         page.page.keyboard.press("Enter")
         assert is_focused(page, f"#{SEVERAL.part}-panel .add")
-    page.page.keyboard.press("Enter")  # no other layer may follow
+    page.page.keyboard.press("Enter")  # adds the last layer that is allowed
     assert is_focused(page, f"#{SEVERAL.part}-panel .swatches button[aria-pressed=true]")
 
 
@@ -138,4 +138,4 @@ def test_a_browser_without_full_screen_ignores_its_key(page):
     page.until(lambda: page.pts is not None)
     page.page.keyboard.press("f")
     page.page.keyboard.press("?")
-    assert page.page.is_visible("#help")  # the test's end finds no error of the page
+    assert page.page.is_visible("#help")  # `visit` fails at the test's end if the page had an error

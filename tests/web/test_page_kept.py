@@ -1,4 +1,5 @@
-"""What the browser keeps of a visitor: looks and shades, in several tabs, whatever lies there."""
+"""What the browser stores for a visitor, in several tabs and whatever the store holds: looks and
+shades."""
 
 import json
 

@@ -45,7 +45,7 @@ def test_single_keys_are_switched_off_and_stay_so(page):
     assert not page.page.is_visible("#help")
     assert page.page.get_attribute("#held", "hidden") is not None
     keys.up("b")
-    keys.press("Control+z")  # no single key
+    keys.press("Control+z")  # not a single-key shortcut, so it still works
     assert page.look() == before
     page.page.reload()
     page.until(lambda: page.pts is not None)
@@ -58,7 +58,7 @@ def test_single_keys_are_switched_off_and_stay_so(page):
     assert is_pressed(page, "compare-button")
 
 
-# Shows a picture of a colour, beside one without makeup or not, and waits until it is drawn.
+# Shows the picture again, with or without one without makeup, and waits until it is drawn.
 SHOW = """async (hasBefore) => {
     const { Picture } = await import("/static/picture.js");
     const canvas = document.getElementById("picture");

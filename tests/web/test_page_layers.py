@@ -51,7 +51,7 @@ def test_each_kind_has_a_tab_and_all_its_dials(page, kind):
                 == f"{dial.high:g}"
             )
             number(controls, dial.title).fill(f"{dial.high:g}")
-    assert switch.is_checked()  # any change puts it on
+    assert switch.is_checked()  # any change puts the makeup on
     (layer,) = page.look().of(kind.name)
     assert layer.shape == {
         dial.name: "#102030" if dial.is_colour else dial.high for dial in dials if not dial.choices
@@ -101,7 +101,7 @@ def test_a_slot_gives_the_numbers_and_a_slider_changes_one(page):
                 assert float(number(controls, dial.title).input_value()) == numbers[dial.name]
     number(controls, "Outer").fill("1.5")
     assert page.look().of("eyeshadow")[0].shape == {"slot": slot, "outer": 1.5}
-    controls.locator(f".choices input[value={slot}]").click(force=True)  # back to its numbers
+    controls.locator(f".choices input[value={slot}]").click(force=True)  # back to its own numbers
     assert page.look().of("eyeshadow")[0].shape == {"slot": slot}
 
 
@@ -119,7 +119,7 @@ def test_an_eye_of_its_own_stays_with_the_layer(page):
     assert {shape["eye"] for shape in shapes} == {"left"}
     assert len({shape["slot"] for shape in shapes}) == SEVERAL.most
     controls.get_by_role("button", name="Add a layer").wait_for(state="hidden")
-    controls.locator(".choices input[value=right]").click(force=True)  # which has room
+    controls.locator(".choices input[value=right]").click(force=True)  # the right eye has room
     controls.get_by_role("button", name="Add a layer").click()
     assert [layer.shape["eye"] for layer in page.look().of("eyeshadow")].count("right") == 2
 

@@ -11,8 +11,8 @@ def page(demo, visit):
     return visit(demo)
 
 
-# A notice of the run, beside one of the page whose time is over, is closed, then another one of the
-# page; then timers end.
+# A notice of the page ends by its timer, beside one of the run. The notice of the run is closed,
+# then another one of the page. Then all timers end.
 CLOSED = """async () => {
     const { showFigures, tell } = await import("/static/status.js");
     const timers = [];
@@ -35,8 +35,8 @@ def test_a_notice_of_the_run_that_is_closed_stays_closed(page):
     assert page.page.text_content("#said") == ""
 
 
-# Pictures that come to a page that draws nothing; then it draws. What was acknowledged before
-# and after.
+# Pictures come to a page that draws nothing; then the page draws. Returns which pictures were
+# acknowledged before and after drawing.
 HIDDEN = """async () => {
     const { Picture } = await import("/static/picture.js");
     const refreshes = [];
@@ -158,7 +158,7 @@ SAID = """async (text) => {
 }"""
 
 
-# The veil comes and goes: what is on it within a status that is there before.
+# The veil comes and goes. Its text is in a status element that is there before.
 VEILED = """async (text) => {
     const { showVeil } = await import("/static/status.js");
     const status = document.querySelector("#veil").closest("[role=status]");

@@ -102,7 +102,7 @@ GONE = """() => {
 
 @pytest.mark.parametrize("file", ["gone.jpg", "gone.json", "gone.csv"])
 def test_a_file_that_is_gone_cannot_be_read(page, tmp_path, file):
-    """As a folder, which a browser hands over like a file."""
+    """Nor can a folder, which a browser hands over like a file."""
     (tmp_path / file).write_bytes(b"[]")
     page.page.evaluate(
         "() => document.body.insertAdjacentHTML('beforeend', '<input type=file id=probe>')"

@@ -12,7 +12,7 @@ def page(demo, visit):
 
 
 # A page before a camera, whose sockets and clock the test moves. `after(s)` lets seconds pass
-# without a message and returns whether the page still has the socket of before.
+# without a message and returns whether the page still has the same socket.
 CONNECTED = """
     const { Connection } = await import("/static/connection.js");
     let socket = null, second = null, open = null, pictures = 0;

@@ -59,7 +59,7 @@ def test_two_presses_in_a_row_start_and_stop_a_recording(live, visit, tmp_path):
         page.page.click("#record-button")
         pressed = "document.getElementById('record-button').ariaPressed"
         page.page.wait_for_function(f"() => {pressed} === '{is_on}'", timeout=2000)
-        page.until(are_begun(count))  # one that is stopped before its first frame leaves no file
+        page.until(are_begun(count))  # a recording stopped before its first frame leaves no file
     page.until(lambda: len(list(tmp_path.glob("makeup-*.mkv"))) == 2)
     page.page.wait_for_timeout(700)
     assert "REC" not in figures(page)

@@ -127,7 +127,7 @@ def test_a_drag_that_ends_beside_the_picture_ends(page):
     page.page.mouse.move(x, y)
     page.page.mouse.down()
     page.page.mouse.move(x - 30, y)
-    page.page.mouse.move(1, 1)  # beside it
+    page.page.mouse.move(1, 1)  # beside the picture
     page.page.mouse.up()
     page.page.mouse.move(x, y)
     page.page.wait_for_timeout(300)

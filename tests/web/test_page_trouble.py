@@ -7,7 +7,7 @@ from makeup_video.pipeline.look.ready import ready_looks
 from people import SAMPLES
 
 READY = len(ready_looks())
-# Long times pass a hundred times as fast: those after which a request is given up.
+# Long times, after which a request is given up, pass a hundred times as fast.
 FAST = """
     const [timer, timeout] = [window.setTimeout, AbortSignal.timeout];
     window.setTimeout = (call, ms) => timer(call, ms > 60_000 ? ms / 100 : ms);
@@ -103,7 +103,7 @@ SHOW = """() => import("/static/camera.js").then(({ showCameras }) =>
 
 @pytest.fixture
 def camera(page):
-    """(page, its choice of a camera, the answer to a change; without an answer it fails)."""
+    """(page, its choice of a camera, the answer to a change; without one the change fails)."""
     answer = {}
 
     def respond(route):

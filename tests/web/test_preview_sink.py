@@ -24,7 +24,7 @@ def picture(pts=0, before=False):
 
 @pytest.fixture
 def watched():
-    """A sink and what it pushes."""
+    """A sink, and the list of what it pushes."""
     sink, pushed = PreviewSink(PreviewJpeg(), PreviewVideo), []
     sink.push = pushed.append
     return sink, pushed

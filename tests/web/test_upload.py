@@ -195,7 +195,7 @@ def test_photos_that_a_page_gives_up_leave_room_and_no_look(show, page):
         target=lambda: answer.put(page.post("/photo", b"x", x_file_name="newest.jpg"))
     )
     newest.start()
-    time.sleep(0.3)  # its request arrives behind them
+    time.sleep(0.3)  # its request arrives behind the others
     assert show.look == RED
     go_on.set()
     assert answer.get(timeout=20).status_code == 200
@@ -292,7 +292,7 @@ def test_nothing_of_a_photo_is_written_to_disk(show, page, monkeypatch):
     sys.addaudithook(note_writing)
     monkeypatch.setattr(sys.modules[__name__], "written", [])
     show.reads = read_look
-    large = cv2.imencode(".png", cv2.imread(str(LOOK)))[1].tobytes()  # forms would be spooled
+    large = cv2.imencode(".png", cv2.imread(str(LOOK)))[1].tobytes()  # a form would go to the disk
     assert len(large) > 1_500_000
     assert page.post("/photo", large).status_code == 200
     assert page.post("/photo", noise(3_000_000)).status_code == 422

@@ -231,7 +231,7 @@ def test_a_page_that_compares_beside_another_gets_both():
             for one in pages:
                 one.receive()
                 one.acknowledge()
-    assert pages[0].shown == pages[1].shown == 6  # nobody's picture stood still
+    assert pages[0].shown == pages[1].shown == 6  # neither page's picture stood still
     assert pages[0].shown_before == 6 and pages[1].shown_before >= 2
 
 

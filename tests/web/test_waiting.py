@@ -50,7 +50,7 @@ def test_downloads_that_a_page_gives_up_are_left_out(path):
                 raw.sendall(request.encode())
                 if not show.made:
                     show.begun.get(timeout=20)
-        # answered after the server has read all that came before, on one loop
+        # the server, on its one loop, answers these after it has read the requests above
         answers = [queue.Queue() for _ in range(2)]
         for answer in answers:
             threading.Thread(

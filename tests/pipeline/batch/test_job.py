@@ -1,4 +1,4 @@
-"""Jobs on other files: what became of them is told by the job's own names."""
+"""Jobs on copies of their files: the results carry the names of the original job."""
 
 import pytest
 from makeup_video.pipeline import Look, Settings, UsageError

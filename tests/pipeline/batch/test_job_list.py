@@ -1,4 +1,4 @@
-"""Lists of jobs: rows become inputs with options; what is wrong is named with its line."""
+"""Lists of jobs: rows become inputs with options; an error names its line."""
 
 import pytest
 from makeup_video.pipeline import UsageError

@@ -1,4 +1,4 @@
-"""The journal: only appended, read back whole after any cut, locked, strict about its lines."""
+"""The journal is only appended to, survives any cut, is locked, and refuses foreign lines."""
 
 import json
 import os
@@ -140,7 +140,7 @@ def test_a_journal_has_one_writer(tmp_path):
     ):
         Journal(tmp_path / "j.jsonl")
     Journal(tmp_path / "j.jsonl").close()
-    assert not (tmp_path / "j.jsonl").exists()  # nothing was begun
+    assert not (tmp_path / "j.jsonl").exists()  # no job was begun
 
 
 @pytest.mark.parametrize(
@@ -152,7 +152,7 @@ def test_another_file_is_not_taken_for_a_journal(tmp_path, line, end):
     path = tmp_path / "notes.txt"
     path.write_text(line + end)
     if not end and line.startswith('{"event": "'):
-        return  # a line of a journal, as far as one can tell
+        return  # this may be a journal line that was cut short
     with pytest.raises(UsageError, match=r"notes.txt, line 1, is no line of a batch's journal"):
         Journal(path)
     assert path.read_text() == line + end
@@ -188,7 +188,7 @@ def test_a_line_without_all_that_it_holds_is_named(tmp_path, lost):
 def test_an_output_that_is_moved_away_at_once_is_done(tmp_path):
     job = job_in(tmp_path)
     with Journal(tmp_path / "j.jsonl") as journal:
-        assert journal.end(job, [done(job)]) == [done(job)]  # there is no such file
+        assert journal.end(job, [done(job)]) == [done(job)]  # the output does not exist
 
 
 def test_an_output_that_does_not_reach_the_disk_has_failed(tmp_path, monkeypatch):

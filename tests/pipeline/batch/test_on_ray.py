@@ -36,7 +36,7 @@ pytestmark = pytest.mark.timeout(300)
 
 @pytest.fixture(scope="module")
 def nodes():
-    """A cluster of three nodes with a CPU each; the first is its head and takes no jobs."""
+    """A cluster of three nodes with one CPU each; the first is the head and takes no jobs."""
     node = {"object_store_memory": 100_000_000}
     made = cluster_utils.Cluster(
         initialize_head=True, head_node_args={**node, "num_cpus": 0, "include_dashboard": False}
@@ -83,7 +83,7 @@ def test_jobs_are_done_and_a_bad_one_fails_alone(nodes, tmp_path, ship, monkeypa
         assert (done.frames, done.size) == (12, os.stat(f"good-{name}.mkv").st_size)
         assert done.after and isinstance(failed.error, InputError)
         assert os.path.basename(str(bad)) in str(failed.error)
-        assert "makeup-video-" not in str(failed.error)  # the folder of another machine
+        assert "makeup-video-" not in str(failed.error)  # the temporary folder of a worker
     assert {one.looks for one in heard.seen} <= {("a", "b")}
     assert not list(tmp_path.glob("*.part.*"))
 
@@ -104,7 +104,7 @@ def test_a_job_whose_process_is_killed_is_done_again(nodes, tmp_path, ship):
 
 
 def _kill_painter():
-    """Kill the process that runs the task now, as the kernel does when memory runs out."""
+    """Kill the process that runs the task, as the kernel does when memory runs out."""
     for entry in os.scandir("/proc"):
         try:
             words = open(f"/proc/{entry.name}/cmdline", "rb").read()  # noqa: SIM115
@@ -144,7 +144,7 @@ def test_an_output_finished_before_the_loss_is_not_made_again(tmp_path):
 
 
 class StopsWorker:
-    """Stands in for the task and for the files that are sent, and stops the worker meanwhile."""
+    """Stands in for both the task and the shipped files, and stops the worker when it is used."""
 
     def __init__(self):
         self.begun, self.cancelled = [], []
@@ -246,7 +246,7 @@ def test_an_input_that_is_gone_fails_alone(nodes, tmp_path):
 
 @pytest.mark.parametrize("ship", [False, True])
 def test_segments_of_a_video_are_painted_on_the_cluster(nodes, tmp_path, ship):
-    """The worker of one segment is killed; the video is that of processes of this machine."""
+    """One segment's worker is killed; the video equals the one that local processes make."""
     src = write_video(tmp_path / "in.mkv", clip(90))  # every frame is a key frame
     settings = Settings(codec="ffv1", split_minutes=Fraction(1, 60))
     killed, counts = [], []

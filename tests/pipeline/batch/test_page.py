@@ -1,4 +1,4 @@
-"""The page of results: everything in one file, names escaped, links that lead to the files."""
+"""The page of results: one file holds everything, names are escaped, links find the files."""
 
 import os
 import re

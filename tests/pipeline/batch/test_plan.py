@@ -1,4 +1,4 @@
-"""What is left to do: done work is checked, interrupted work found, failures kept or retried."""
+"""Planning a batch: it checks finished work, finds interrupted work, keeps or retries failures."""
 
 from dataclasses import replace
 
@@ -57,7 +57,7 @@ def case(tmp_path):
 
 
 def test_an_own_picture_larger_than_any_input_is_whole(tmp_path, monkeypatch):
-    """A picture with before and after has twice the pixels of the input."""
+    """A before-and-after picture has twice the pixels of the input."""
     large = write(tmp_path / "large.png", scene())
     monkeypatch.setattr(picture_size, "MOST_PX", 1000)
     assert is_whole(str(large), 1)
@@ -142,7 +142,7 @@ def test_a_kill_after_the_rename_counts_as_done(case, before, strict):
     assert isinstance(result, Done) and result.frames == 12
     assert len(result.warnings) == (not strict)
     assert all("is not known" in line and "to paint it anew" in line for line in result.warnings)
-    assert case.known() == result  # by the journal's new line
+    assert case.known() == result  # read from the line that was just added to the journal
 
 
 def test_failed_work_is_done_again_only_when_asked(case):

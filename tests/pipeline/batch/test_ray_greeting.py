@@ -21,7 +21,7 @@ CLUSTER = SETTINGS + ACKNOWLEDGED + HEADERS + ID
 
 @contextlib.contextmanager
 def server(*parts, stays=False):
-    """The port of a server that sends these parts once it was asked; `asked` are the bytes."""
+    """(port, asked): a server that receives bytes into `asked`, then sends these parts."""
     with socket.create_server(("127.0.0.1", 0)) as listening:
         asked, done = [], threading.Event()
 
@@ -29,7 +29,7 @@ def server(*parts, stays=False):
             connection, _ = listening.accept()
             with connection:
                 asked.append(connection.recv(4096))
-                with contextlib.suppress(ConnectionError):  # it may have heard enough
+                with contextlib.suppress(ConnectionError):  # the client may have hung up
                     for part in parts:
                         connection.sendall(part)
                 if stays:
@@ -58,9 +58,9 @@ def test_a_server_that_tells_an_id_is_a_cluster(parts):
     [
         b"",
         b"HTTP/1.1 400 Bad Request\r\n\r\n",
-        SETTINGS + frame(1, 5, 1, b"\x88"),  # headers alone, as for a call that is not known
+        SETTINGS + frame(1, 5, 1, b"\x88"),  # headers alone, as for an unknown call
         SETTINGS + HEADERS + frame(0, 0, 1, bytes(5)),  # an empty message
-        SETTINGS + frame(0, 0, 3, bytes(9)),  # of another call
+        SETTINGS + frame(0, 0, 3, bytes(9)),  # the id of another call
         HEADERS + ID,  # no settings first
     ],
 )

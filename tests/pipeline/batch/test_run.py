@@ -33,7 +33,7 @@ BERRY = Look(lips=product((120, 10, 60), "satin"))
 
 
 class Heard:
-    """What a batch told; on_progress may do something, too."""
+    """Records what a batch reports, and calls on_progress at every progress report."""
 
     def __init__(self, on_progress=lambda: None):
         self.frames, self.order, self._on_progress = [], [], on_progress
@@ -73,7 +73,7 @@ def test_every_job_is_done_and_a_bad_one_fails_alone(tmp_path, at_once):
 
 
 def test_a_process_that_dies_ends_its_job_alone(tmp_path):
-    long = write_video(tmp_path / "long.mkv", clip(40) * 6)  # not done before it is killed
+    long = write_video(tmp_path / "long.mkv", clip(40) * 6)  # must not end before the kill
     short = make_clip(tmp_path / "short.mp4")
     worker = ChildProcess()
     killed = []
@@ -149,7 +149,7 @@ def test_looks_of_one_input_share_its_small_picture(tmp_path):
 
 
 def test_an_output_larger_than_any_input_has_a_small_picture(tmp_path, monkeypatch):
-    """A picture with before and after has twice the pixels of the input."""
+    """A before-and-after picture has twice the pixels of the input."""
     source = tmp_path / "a.png"
     cv2.imwrite(str(source), np.full((40, 60, 3), 90, np.uint8))
     job = replace(job_of(str(source), "x"), settings=Settings(compare=True))

@@ -1,4 +1,4 @@
-"""The inputs of a batch: files, folders and patterns, each file once."""
+"""The inputs of a batch: files, folders and patterns; each file counts once."""
 
 import pytest
 from makeup_video.pipeline import InputError, UsageError
@@ -36,19 +36,19 @@ def test_outputs_of_the_batch_are_no_inputs(folder):
     assert "clips/b-red.mp4" not in inputs_of(["clips"], written)
     assert "clips/b-red.mp4" not in inputs_of(["clips/*.mp4"], written)
     assert inputs_of(["clips/b-red.mp4"], written) == ["clips/b-red.mp4"]
-    # as a shell writes clips/*.mp4
+    # several names may come from a pattern that the shell has expanded
     assert inputs_of(["clips/b-red.mp4", "clips/b.mp4"], written) == ["clips/b.mp4"]
 
 
 @pytest.mark.parametrize("given", ["clips", "clips/*.m*"])
 def test_of_a_file_and_links_to_it_the_file_counts(folder, given):
-    (folder / "clips" / "a-link.mp4").symlink_to("b.mp4")  # comes before it
+    (folder / "clips" / "a-link.mp4").symlink_to("b.mp4")  # sorts before b.mp4
     (folder / "clips" / "z-link.mp4").symlink_to("b.mp4")
     (folder / "clips" / "far.mp4").symlink_to("deep/d.mkv")
     found = inputs_of([given])
     assert not [one for one in found if "-link" in one]
     assert found.index("clips/b.mp4") > found.index("clips/b-red.mp4")
-    assert "clips/far.mp4" in found  # no other name of that file is given
+    assert "clips/far.mp4" in found  # the only name of deep/d.mkv here
     assert inputs_of(["clips/a-link.mp4"]) == ["clips/a-link.mp4"]
     assert inputs_of(["clips/a-link.mp4", given]) == found
 

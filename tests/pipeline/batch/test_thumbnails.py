@@ -1,4 +1,4 @@
-"""Small pictures: upright, at the same moment of input and output, none for what is unreadable."""
+"""Thumbnails are upright; input and output show one moment; unreadable files have none."""
 
 from fractions import Fraction
 
@@ -25,7 +25,7 @@ def off(data, rgb8):
 def test_a_moment_of_a_video_is_shown_upright(tmp_path, rotation):
     src = write_video(tmp_path / "in.mkv", clip(40), rotation_degrees=rotation)
     assert off(thumbnail(src), clip(40)[30]) < 4
-    assert off(thumbnail(src, 1.2), clip(40)[39]) < 4  # the last one
+    assert off(thumbnail(src, 1.2), clip(40)[39]) < 4  # the last frame
 
 
 def test_input_and_output_are_shown_at_the_same_moment(tmp_path):
@@ -58,7 +58,7 @@ def test_an_unreadable_file_has_no_picture(tmp_path, data):
 
 
 def test_untagged_colours_mean_what_they_mean_to_the_product(tmp_path):
-    """BT.709 for HD, BT.601 below it."""
+    """Untagged HD video counts as BT.709, smaller video as BT.601."""
     for size_wh, matrix in (((1280, 720), 1), ((640, 360), 5)):
         red = np.full((size_wh[1], size_wh[0], 3), (200, 40, 60), np.uint8)
         frame = av.VideoFrame.from_ndarray(red, format="rgb24").reformat(

@@ -55,7 +55,7 @@ def test_a_full_channel_makes_the_sender_wait():
 
 def test_the_mean_fill_of_a_channel_that_is_always_full():
     channel = Channel("test", 1)
-    channel.send(1)  # finds nothing waiting
+    channel.send(1)  # finds the channel empty
     sender = threading.Thread(target=channel.send, args=(2,))
     sender.start()
     time.sleep(0.05)
@@ -101,7 +101,7 @@ def test_mean_fill_shows_which_end_is_slow():
         slow_receiver.send(item)
         slow_sender.send(item)
         next(iter(slow_sender))
-    assert slow_receiver.mean_fill == 1.0  # found 0, 1, 2 waiting
+    assert slow_receiver.mean_fill == 1.0  # the three calls of send found 0, 1 and 2 items waiting
     assert slow_sender.mean_fill == 0.0
 
 

@@ -1,4 +1,4 @@
-"""A sink made of several: every one gets every item, and an error ends only its own."""
+"""A sink made of several sinks: each gets every item, and an error ends only its own sink."""
 
 import threading
 
@@ -12,7 +12,7 @@ from makeup_video.pipeline.engine.split_evenly import split_evenly
 
 
 class Keep:
-    """Keeps what it gets; fails at one item, or when it finishes."""
+    """A sink that keeps its items; it may fail at one item, or at the end."""
 
     def __init__(self, fails_at=None):
         self.fails_at, self.items, self.finished = fails_at, [], None
@@ -77,7 +77,7 @@ def test_the_run_ends_once_every_sink_has_failed():
     with pytest.raises(OSError, match="no room for"):
         Runner(("source", endless()), [], ("fan", fan)).run()
     fan.cancel()
-    assert len(taken) < 30  # what fits into the channels
+    assert len(taken) < 30  # no more than the channels hold
 
 
 def test_an_error_from_elsewhere_ends_a_sink():

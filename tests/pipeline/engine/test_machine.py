@@ -75,7 +75,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
 
 
 def test_blocks_of_the_nets_are_used_again():
-    """The lip net takes and frees 0.7 MB for each face of each frame: 170 pages."""
+    """The lip net allocates and frees 0.7 MB, 170 pages, for each face of each frame."""
     faults = subprocess.check_output([sys.executable, "-c", _REUSED], text=True)
     assert int(faults) < 100
 
@@ -85,7 +85,7 @@ def test_the_peak_counts_what_was_held_and_never_falls():
     block = np.ones(60_000_000, np.uint8)
     held = peak_memory_bytes()
     del block
-    # the kernel counts in batches: a little may be missing at any time
+    # the kernel counts pages in batches, so the figure may be slightly too low
     assert held > max(before, 60_000_000) - 1e6
     assert peak_memory_bytes() > held - 1e6
 

@@ -1,4 +1,4 @@
-"""Limits on memory are read where the system keeps them, and a job that needs more is refused."""
+"""Memory limits are read where the system keeps them; a job that needs more is refused."""
 
 import resource
 
@@ -23,7 +23,7 @@ NEEDS = [COPY_VIDEO, FIND_FACES, PAINT_PICTURE, PAINT_VIDEO, READ_PHOTO, SHOW_VI
 
 @pytest.fixture
 def system(monkeypatch, tmp_path):
-    """system(groups, swap_kb, **limits) writes files as /proc and /sys/fs/cgroup have them."""
+    """system(groups, swap_kb, **limits) writes files like those in /proc and /sys/fs/cgroup."""
 
     def write(groups, swap_kb=0, **limits):
         (tmp_path / "proc/self").mkdir(parents=True)

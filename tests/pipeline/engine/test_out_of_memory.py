@@ -1,4 +1,4 @@
-"""Memory that runs out is known by its errors, which need no more memory to be known."""
+"""Errors of exhausted memory are recognised without loading any more modules."""
 
 import ast
 from pathlib import Path

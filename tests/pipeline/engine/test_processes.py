@@ -23,7 +23,7 @@ from makeup_video.pipeline.engine.processes import ChildProcess
 
 
 def results_of(task, jobs, count=1, attempts=1, on_progress=lambda job, value: None):
-    """By job its result or its error."""
+    """Return {job: its result or its error}."""
     ended, workers = {}, [ChildProcess(attempts) for _ in range(count)]
     try:
         run_jobs(task, jobs, workers, on_progress, ended.__setitem__)
@@ -154,7 +154,7 @@ def test_workers_leave_stop_signals_to_the_main_process():
 
 
 def test_no_worker_outlives_the_main_process(tmp_path):
-    """Its next job would never come."""
+    """Otherwise an orphaned worker would wait for its next job for ever."""
     note = tmp_path / "worker"
     if os.fork() == 0:
         try:

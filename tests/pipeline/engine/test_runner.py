@@ -166,7 +166,7 @@ def test_an_observer_gets_every_item_and_times_are_sums():
     stages = [("delay", Delay())]
     runner = Runner(("source", numbers(9)), stages, ("sink", List()), observe=observe)
     runner.run()
-    # one more call each: the source to find its end, the sink to finish
+    # the source is called once more to find its end, and the sink once more to finish
     assert {name: len(items) for name, items in timings.items()} == {
         "source": 10, "delay": 9, "sink": 10,
     }  # fmt: skip
@@ -271,7 +271,7 @@ def test_a_run_that_is_stopped_drains_no_stage():
 
 
 def test_a_slow_sink_keeps_memory_flat():
-    """Back-pressure: the source is never more than three times the channels' capacity ahead."""
+    """Back-pressure: the source is at most three capacities of a channel and two items ahead."""
     produced = []
 
     def source():
@@ -287,7 +287,7 @@ def test_a_slow_sink_keeps_memory_flat():
             ahead.append(len(produced) - item)
 
     Runner(("source", source()), [("a", add_one)], ("sink", Slow()), capacity=2).run()
-    # two channels, what the stage took from the first, and one item held by source and sink
+    # two full channels, the items that the stage took at once, and one item each in source and sink
     assert max(ahead) <= 2 * 2 + 2 + 2
 
 

@@ -1,4 +1,4 @@
-"""What a run reports meanwhile, and how it ends when the report fails or stops it."""
+"""The progress reports of a run, and how the run ends when a report fails or stops it."""
 
 import threading
 import time
@@ -9,7 +9,7 @@ from makeup_video.pipeline.errors import StoppedError
 
 
 class Sink:
-    """Counts items; `finish` takes as long as half a dozen ticks."""
+    """A sink whose `finish` takes as long as half a dozen ticks."""
 
     def __init__(self, slow_seconds=0.0):
         self.slow_seconds, self.finished, self.is_finishing = slow_seconds, [], False
@@ -78,7 +78,7 @@ def test_the_sink_waits_for_the_last_report():
 
     def tick(done):
         ticking.set()
-        time.sleep(0.05)  # meanwhile all items reach the sink
+        time.sleep(0.05)  # enough for all items to reach the sink
         raise OSError("terminal gone")
 
     with pytest.raises(OSError, match="terminal gone"):

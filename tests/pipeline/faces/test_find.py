@@ -65,7 +65,7 @@ def test_a_face_under_forty_pixels_is_skipped_and_counted():
 
 @pytest.mark.parametrize(("width", "beside"), [(60, 0.5), (90, 0.6)])
 def test_a_face_that_is_too_small_hides_no_larger_one(width, beside):
-    dark = face_of(width) // 4  # the detector is surer of the small one
+    dark = face_of(width) // 4  # the detector is surer of the tiny face
     tiny = face_of(30)[6:-6, 10:-10]
     middle_x, middle_y = 200 + dark.shape[1] / 2, 60 + dark.shape[0] / 2
     x = int(middle_x + beside * width - tiny.shape[1] / 2)

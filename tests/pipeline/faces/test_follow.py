@@ -1,4 +1,4 @@
-"""Crops follow a face: a still one's rest, two runs' agree; shortcuts equal the plain fit."""
+"""Crops follow a face, rest on a still one and agree in two runs; shortcuts equal the full fit."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -87,7 +87,7 @@ def test_crops_around_the_mean_face_have_its_pose(turn, shift):
 
 
 @given(hnp.arrays(float, 10, elements=st.floats(-50, 50)), st.integers(0, 2**32 - 1))
-@example(np.where(np.arange(10) == 1, 28.5, -42.75), 0)  # an IOD of 64 px: two grids are as near
+@example(np.where(np.arange(10) == 1, 28.5, -42.75), 0)  # IOD 64 px: two grids are equally near
 def test_the_crops_of_a_still_face_come_to_rest(off, seed):
     noise = np.random.default_rng(seed).uniform(-0.07, 0.07, (60, 10))  # px, 0.07 % of the IOD
     still = moved_by(landmarks(0).layout, off)
@@ -97,10 +97,10 @@ def test_the_crops_of_a_still_face_come_to_rest(off, seed):
 
 @given(hnp.arrays(float, 10, elements=st.floats(-50, 50)), st.integers(0, 2**32 - 1))
 def test_crops_around_steady_centres_hardly_move(off, seed):
-    """Readings vary by half a step. Around single ones, crops would move up to 30 times.
+    """Readings vary by half a step. Around single readings, crops would move up to 30 times.
 
-    With noise of any size nothing keeps crops from moving at all: of 12,000 draws 249 moved a
-    number of the layout more than once, and none more than four times.
+    Even around steady centres, noise may move a crop now and then: in 249 of 12,000 draws a number
+    of the layout moved more than once, and in none more than four times.
     """
     noise = np.random.default_rng(seed).uniform(-0.25, 0.25, (60, 10))  # px, 0.25 % of the IOD
     face, nets = landmarks(0), load_nets()
@@ -115,7 +115,7 @@ def test_crops_around_steady_centres_hardly_move(off, seed):
 
 @given(hnp.arrays(float, (30, 10), elements=st.floats(-9, 9)))
 def test_steady_centres_lie_near_the_newest_reading(steps):
-    """Within a fiftieth of the IOD, wherever the face goes: far from it, the reading counts."""
+    """A reading a fiftieth of the IOD away counts whole: the lag is at most a quarter of that."""
     face = landmarks(0)
     for now in (np.array(face.centres).view(float) + steps.cumsum(0)).view(complex):
         face = replace(face, steady_centres=_steady(face, now.tolist()))
@@ -172,7 +172,7 @@ def test_lips_reach_the_border_where_their_crop_ends(turn, shift, wide, high, st
 
 @given(st.floats(0.5, 1.0), st.integers(0, 2**32 - 1))
 def test_the_crop_of_still_lips_keeps_its_width(wide, seed):
-    """With noise of a fiftieth of a mouth's width, where a step is a tenth."""
+    """The noise is a fiftieth of the mouth's width; a step of the crop's width is a tenth."""
     nets, pose, seen = load_nets(), Similarity(100 + 0j), []
     steady, layout = nets.widening(a_mouth(wide, 0.2, pose), pose), None
     for noise in np.random.default_rng(seed).uniform(-0.02, 0.02, 60):
@@ -195,7 +195,7 @@ def test_a_wider_mouth_gets_a_wider_crop_soon(before, now):
     [(0.7, 0j, 0), (0.7, 6j, 0), (0.7, 12j, 0), (0.7, 18j, 1), (0.7, 12 + 0j, 1), (1.0, 0j, 1)],
 )
 def test_lips_that_reach_the_border_are_read_again(wide, moved, again, monkeypatch):
-    """moved: px since the last frame, of an IOD of 100."""
+    """moved: by how many px the lips moved since the last frame; the IOD is 100 px."""
     nets, pose, layouts = load_nets(), Similarity(100 + 0j), []
     xy = a_mouth(wide, 0.3, pose)
     lips, left, right, *_ = nets.part_centres(xy)
@@ -217,7 +217,7 @@ def test_lips_that_reach_the_border_are_read_again(wide, moved, again, monkeypat
 @given(st.floats(60, 130), st.floats(-1, 1), st.integers(0, 2**32 - 1))
 @settings(max_examples=30, deadline=None)
 def test_a_still_mouth_is_not_read_again_for_ever(wide, high, iod, shift, seed):
-    """Nor does its crop jump: even one that is larger than any crop, or as large as its crop."""
+    """Nor does its crop jump, even if the mouth is as large as the crop or larger than any crop."""
     nets, rng, layouts = load_nets(), np.random.default_rng(seed), []
     pose = Similarity(iod + 0j, complex(shift, shift / 3))
     xy = a_mouth(wide, high, pose)

@@ -1,4 +1,4 @@
-"""Faces found again are matched with those lost: most of them, then the nearest."""
+"""Found faces are matched with lost ones: as many as possible, at the smallest distances."""
 
 import math
 from itertools import permutations
@@ -22,7 +22,7 @@ def rank(distances, columns):
 
 
 def best(distances):
-    """The rank of the best of all choices; -1 stands for no column."""
+    """The lowest rank of all choices of columns for the rows; -1 stands for no column."""
     choices = permutations([*range(len(distances[0])), *[-1] * len(distances)], len(distances))
     return min(
         rank(distances, columns)

@@ -10,7 +10,7 @@ from makeup_video.pipeline.frames.affine import compose
 from makeup_video.pipeline.frames.views import FramePicture
 from people import clip, clip_points, frame_of, portrait
 
-POSE = Similarity(119.3 - 4.2j, 262.6 + 190.6j)  # of the portrait's face
+POSE = Similarity(119.3 - 4.2j, 262.6 + 190.6j)  # the pose of the portrait's face
 
 
 def crop_of(measure, rgb8, pose=POSE, **how):
@@ -98,7 +98,7 @@ def test_a_patch_moves_with_what_it_lay_on():
     y, x = np.mgrid[0:80, 0:112].astype(np.float32)
     patch = 0.01 * (x - 50) ** 2 - 0.02 * (y - 40) ** 2
     to_px = np.array([[1.0, 0, 200], [0, 1.0, 240]])
-    turned = matrix(degrees=3.0)  # the new patch may lie anywhere, too
+    turned = matrix(degrees=3.0)  # the new patch may be turned
     now_px = compose(turned, to_px)
     carried = motion.move_patch(patch, to_px, now_px)
     way = compose(cv2.invertAffineTransform(compose(to, to_px)), now_px)

@@ -1,4 +1,4 @@
-"""A face that stands on its head and passes for an upright one is turned the right way up."""
+"""An upside-down face that was read as an upright one is turned the right way up."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from people import portrait, veiled
 
 
 def face_on_its_head(upright):
-    """Nets, a picture turned upside down, and its face as it is."""
+    """(nets, the picture turned upside down, its face as a correct reading gives it)."""
     nets, picture = load_nets(), RgbPicture(np.ascontiguousarray(upright[::-1, ::-1]))
     (detection,) = detect(nets, picture, (256,), 180)[:1]
     return nets, picture, locate(nets, picture, detection, average=True)
@@ -26,11 +26,11 @@ def on_its_head():
 
 
 def as_if_upright(face, scores):
-    """As such faces are read: the eyes as eyes, but turned by 180 degrees."""
+    """The face as a wrong reading gives it: with its pose turned by 180 degrees."""
     return replace(face, pose=Similarity(-face.pose.turn, face.pose.shift), scores=scores)
 
 
-# as photos give them: mostly the mouth seems hidden, now and then a brow is taken for one
+# scores from photos: mostly the mouth seems hidden, sometimes a brow is taken for a mouth
 @pytest.mark.parametrize("scores", [(0.9, 0.05), (0.97, 0.94), (0.989, 0.011)])
 def test_a_face_on_its_head_that_seems_upright_is_turned(on_its_head, scores):
     nets, picture, face = on_its_head
@@ -41,7 +41,7 @@ def test_a_face_on_its_head_that_seems_upright_is_turned(on_its_head, scores):
 def test_the_right_way_up_nothing_is_turned(on_its_head):
     nets, picture, face = on_its_head
     assert right_way_up(nets, picture, face) is face
-    doubtful = replace(face, scores=(0.9, 0.1))  # upside down it is no face at all
+    doubtful = replace(face, scores=(0.9, 0.1))  # read the other way up, it is no face at all
     assert right_way_up(nets, picture, doubtful) is doubtful
 
 
@@ -72,7 +72,7 @@ def test_scores_of_nothing_and_of_certainty_are_compared(on_its_head):
 
 
 def test_a_mask_does_not_hide_which_way_is_up():
-    """Both ways up the mouth is hidden, and the face's own score decides."""
+    """The mouth is hidden either way up, so the face's own score decides."""
     nets, picture, face = face_on_its_head(veiled(portrait()[60:500, 40:480]))
     assert face.scores[1] < 0.2
     found = right_way_up(nets, picture, as_if_upright(face, (0.93, 0.1)), average=True)

@@ -18,16 +18,16 @@ from makeup_video.pipeline.faces.topology import EYE
 from people import SAMPLES, portrait
 
 SPAN = 0.72  # IOD
-LID_POINTS = [*range(1, 8), *range(9, 16)]  # of EYE: all of its lids but the corners
+LID_POINTS = [*range(1, 8), *range(9, 16)]  # places in EYE: the lids without the corners
 
 
 def always(odds):
-    """A model that tells the same of every eye."""
+    """A model that gives the same odds for every eye."""
     return np.append(np.zeros(NUMBERS), odds)
 
 
 def eyes(opening, seed=0):
-    """(2, 53, 3) float32 in IOD, so far open in widths of the eye, and crops of anything."""
+    """Points (2, 53, 3) float32 in IOD, open by `opening` eye widths, and crops of noise."""
     rng = np.random.default_rng(seed)
     points = rng.normal(0, 0.1, (2, len(EYE), 3))
     across = np.linspace(-0.15, 0.15, 9)
@@ -86,7 +86,7 @@ def test_the_eyes_of_the_portrait_stay_open(monkeypatch):
 
 @pytest.fixture(scope="module")
 def openings():
-    """(frames, 2, 2): of both eyes in the sample video, as the net reads them and in the end."""
+    """(frames, 2 eyes, 2): openings in the sample video, as the net reads them and at the end."""
     seen = []
 
     def note(points, *rest):
@@ -106,7 +106,7 @@ def openings():
 
 
 def test_blinks_of_the_sample_video_shut_the_eyes(openings):
-    """No net or model was trained on it: three blinks, each shut in one frame at least."""
+    """Nothing was trained on this video. Each of its three blinks is shut in at least one frame."""
     before, now = openings[..., 0], openings[..., 1]
     assert before.min() > 0.1
     blinks = [range(20, 30), range(70, 80), range(117, 127)]

@@ -36,7 +36,7 @@ def test_a_followed_face_is_now_and_then_checked_mirrored(monkeypatch):
 
     monkeypatch.setattr(tracker, "relocate", noted)
     run([put(grey(), face_of(150), 60, 20)] * 60)
-    assert len(checks) == 59 and sum(checks) == 4  # in each second slot of 0.24 s
+    assert len(checks) == 59 and sum(checks) == 4  # once in every second slot of 0.24 s
 
 
 @pytest.mark.parametrize("rotation", [90, 180, 270])
@@ -99,7 +99,7 @@ def test_two_faces_that_move_keep_their_numbers():
 
 @pytest.mark.parametrize("sizes_px", [*permutations((70, 90, 110)), (90, 110, 90), (80, 80, 80)])
 def test_faces_that_appear_together_are_numbered_by_size(sizes_px):
-    """By size and from left to right, whatever their scores, which change once they are painted."""
+    """Equal sizes count from left to right. Scores do not count: painting changes them."""
     scene = grey()
     for index, size_px in enumerate(sizes_px):
         scene = put(scene, face_of(size_px), 20 + 210 * index, 60)
@@ -137,7 +137,7 @@ def test_a_small_face_is_picked_up_in_a_large_video():
 
 @pytest.mark.parametrize("width", [24, 30, 36])
 def test_a_face_that_is_too_small_counts_once_in_a_search(width):
-    finder = FindFaces()  # whose detector finds it at several sizes of its input, and turned
+    finder = FindFaces()  # its detector finds the face at several input sizes, and turned
     finder(frame_of(put(grey(), face_of(width), 300, 150)))
     assert finder.tiny_faces == 1
 
@@ -153,7 +153,7 @@ def test_a_face_that_leaves_and_returns_keeps_its_number():
     here = put(away, face_of(120), 200, 50)
     items = run([here] * 5 + [away] * 15 + [here] * 15)
     assert all(len(item.faces) == 1 for item in items[:5])
-    assert all(item.faces == () for item in items[8:20])  # within a tenth of a second
+    assert all(item.faces == () for item in items[8:20])  # it is gone after a tenth of a second
     assert len(items[-1].faces) == 1
     assert items[-1].faces[0].track_id == items[0].faces[0].track_id
     back = next(index for index, item in enumerate(items[20:]) if item.faces)
@@ -206,8 +206,8 @@ def test_a_face_hidden_for_a_moment_keeps_its_number():
 
 @pytest.mark.parametrize("step", [1, -1])
 def test_two_faces_that_return_elsewhere_keep_their_numbers(monkeypatch, step):
-    """Beyond the middle between both: the one is then nearer to where the other was."""
-    detect = tracker.detect  # surest first: of equal faces it may be either
+    """One of them is then nearer to where the other one was."""
+    detect = tracker.detect  # the surest face comes first: of equal faces, either may
     monkeypatch.setattr(tracker, "detect", lambda *given: detect(*given)[::step])
     face = face_of(90)[:, 36:152]
 
@@ -266,7 +266,7 @@ def test_a_fast_head_is_not_lost():
 
 
 def test_lips_have_no_comb_of_single_columns():
-    """Between the columns of its last cells the net differs where it is unsure."""
+    """Where the net is unsure, its output differs between the columns of its last cells."""
     singles = []
     for item in run(clip()):
         lips = item.faces[0].lips.logits > 0

@@ -148,7 +148,7 @@ def test_a_part_that_is_being_written_is_no_leftover(tmp_path):
     with pytest.raises(UsageError, match="another run is writing"):
         check_part(running.path, overwrite=False)
     running.close()
-    for _ in range(2):  # looking leaves no lock
+    for _ in range(2):  # the check leaves no lock behind
         with pytest.raises(UsageError, match="perhaps from a run that was stopped"):
             check_part(running.path, overwrite=False)
 

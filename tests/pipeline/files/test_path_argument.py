@@ -1,4 +1,4 @@
-"""Public functions take paths, and say so of anything else."""
+"""Public functions take paths, and refuse anything else with an error that says so."""
 
 from pathlib import Path
 

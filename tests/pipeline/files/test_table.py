@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from makeup_video.pipeline.errors import UsageError
 from makeup_video.pipeline.files.table import TableRow, open_table, table_rows
 
-# What csv writes and reads again: no NUL, and no lone surrogate.
+# Text that the csv module writes and reads back: no NUL, and no lone surrogate.
 TEXT = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=8)
 
 

@@ -1,4 +1,4 @@
-"""Templates of output names: known fields, safe names, one line for what is wrong."""
+"""Templates of output names: known fields, safe names, one line for each mistake."""
 
 from pathlib import Path
 

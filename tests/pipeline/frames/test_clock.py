@@ -56,7 +56,7 @@ STEADY, BURST, PAUSE = st.floats(0.01, 0.14), st.floats(1e-6, 0.005), st.floats(
 
 @given(
     st.lists(st.tuples(STEADY | BURST | PAUSE, st.integers(1, 40)), min_size=1, max_size=8),
-    st.sampled_from([0.0, 2e7]),  # months
+    st.sampled_from([0.0, 2e7]),  # a clock that has run for months
 )
 @example([(0.125, 40), (0.003, 3), (0.16, 1)], 0.0)
 def test_even_times_increase_and_never_run_far_ahead(steps, now):

@@ -1,4 +1,4 @@
-"""The turn of a video's picture is FFmpeg's, and mirroring is no turn."""
+"""The turn of a video's picture equals FFmpeg's rotation; mirroring alone is no turn."""
 
 import av
 import pytest
@@ -18,7 +18,7 @@ def test_a_mirrored_video_is_turned_as_before_it_was_mirrored(tmp_path, degrees,
         encode_frames(out, stream, range(2))
     with av.open(str(path)) as container:
         picture = next(container.decode(video=0))
-    upside_down = degrees is not None and vflip  # a turn by 180 degrees, and left for right
+    upside_down = degrees is not None and vflip  # vflip is a half turn and a mirror image
     assert turn_of(picture) == ((degrees or 0) + 180 * upside_down) % 360
     if not (hflip or vflip):
         assert turn_of(picture) == round(picture.rotation) % 360

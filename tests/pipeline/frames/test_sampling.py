@@ -151,7 +151,7 @@ def test_a_shrinking_crop_averages_and_does_not_alias(scale):
     noise = rng.integers(0, 256, (900, 900, 3), dtype=np.uint8)
     window = np.array([[scale, 0, 10], [0, scale, 10]])
     crop = RgbPicture(noise).crop(window, (20, 20)).astype(float)
-    expected = 74 / max(scale / 2, 1)  # the deviation of uniform noise falls with the side
+    expected = 74 / max(scale / 2, 1)  # a mean over n x n px deviates n times less
     assert crop.std() < 1.4 * expected
     assert abs(crop.mean() - 127.5) < 4 * expected / 20 + 1
 
@@ -184,7 +184,7 @@ def test_untagged_videos_count_as_players_take_them(size, matrix):
 
 @pytest.mark.parametrize("full_range", [False, True])
 def test_faces_are_found_in_colours_that_cannot_be_painted(full_range):
-    """ICtCp: the nets read it as BT.709."""
+    """The nets read ICtCp as if it were BT.709."""
     range_ = 2 if full_range else 1
     unknown, known = (_to_rgb_matrix(ColourTags(matrix, range_), 1920, 1080) for matrix in (14, 1))
     np.testing.assert_array_equal(unknown, known)

@@ -1,4 +1,4 @@
-"""Side data is FFmpeg's, and a picture that was asked for it goes at once."""
+"""Side data equals FFmpeg's, and reading it does not keep a picture alive."""
 
 import gc
 import struct
@@ -7,7 +7,7 @@ import av
 from makeup_video.pipeline.frames.side_data import all_side_data, side_data
 from media import add_video, encode_frames
 
-WIDTH = 336  # of no other test's pictures
+WIDTH = 336  # px: no other test has pictures of this width
 
 
 def turned_video(path):

@@ -57,7 +57,7 @@ def test_a_webcam_shows_the_colours_of_every_matrix(matrix, full_range):
 
 
 def test_several_outputs_may_convert_a_frame_at_once():
-    """FFmpeg's converter, which PyAV keeps with a picture, would crash, and change its tags."""
+    """The converter that PyAV keeps with each picture would crash and change the picture's tags."""
     frame = NormaliseCamera(is_device=True)(picture(5, 640, 480), 3.0)
     frame.picture.colorspace, frame.picture.color_range = 1, 2
     frame.tags = ColourTags.of(frame.picture)

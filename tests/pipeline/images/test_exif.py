@@ -1,4 +1,4 @@
-"""EXIF blocks: the small picture goes, all else stays, and damage hurts nobody."""
+"""EXIF blocks: the thumbnail is removed, all else stays, and damaged blocks do no harm."""
 
 import struct
 
@@ -14,7 +14,7 @@ SMALL = b"\xff\xd8" + b"a face" * 9 + b"\xff\xd9"
 
 
 def with_thumbnail(order: str, behind: bytes = b"") -> bytes:
-    """A block with an orientation of 6, and a small picture with `behind` after it."""
+    """A block with orientation 6 and a thumbnail, followed by the bytes `behind`."""
     mark, base = (b"II*\0" if order == "<" else b"MM\0*"), 8 + 18
     first = struct.pack(order + "HHHIHHI", 1, 0x0112, 3, 1, 6, 0, base)
     place = base + 2 + 24 + 4
@@ -42,7 +42,7 @@ def test_the_small_picture_goes_and_the_rest_stays(order, header, behind):
 def test_only_single_numbers_say_where_the_small_picture_lies(order):
     block = with_thumbnail(order, b"makernote")
     place = block.index(struct.pack(order + "HH", 0x0201, 4))
-    # another tag in place of that of the place, and an array in place of one number
+    # another tag instead of the thumbnail's offset, then an array instead of one number
     for at, part in ((place, b"\0\0"), (place + 4, struct.pack(order + "I", 2))):
         odd = block[:at] + part + block[at + len(part) :]
         assert without_thumbnail(odd)[26:] == odd[26:]

@@ -1,4 +1,4 @@
-"""Resolution, texts, comments and marks of colours, as Pillow reads them from what is written."""
+"""Resolution, texts, comments and colour marks, as Pillow reads them from the written file."""
 
 import struct
 import zlib
@@ -94,7 +94,7 @@ def test_texts_of_a_png_are_kept(tmp_path):
 
 
 def test_old_copies_of_exif_in_texts_are_left_out(tmp_path):
-    """They would show the thumbnail of the face as it was."""
+    """They would still show the thumbnail of the unpainted face."""
     block = b"Exif\0\0" + exif(1)
     text = b"\nexif\n%8d\n%s\n" % (len(block), block.hex().encode())
     old = chunk(b"zTXt", b"Raw profile type exif\0\0" + zlib.compress(text))
@@ -111,13 +111,13 @@ def test_comments_of_a_jpeg_are_kept(tmp_path):
 
 
 def resource(number, data, name=b""):
-    """One of Photoshop's, with its name and its data in whole pairs of bytes."""
+    """A Photoshop resource, its name and its data each padded to an even number of bytes."""
     named = (bytes([len(name)]) + name).ljust((len(name) + 2) // 2 * 2, b"\0")
     padded = data + bytes(len(data) % 2)
     return b"8BIM" + struct.pack(">H", number) + named + struct.pack(">I", len(data)) + padded
 
 
-CAPTION = b"\x1c\x02\x78\x00\x07by Jane"  # record 2, data set 120
+CAPTION = b"\x1c\x02\x78\x00\x07by Jane"  # IPTC record 2, data set 120: caption
 SMALL_PICTURE = resource(0x040C, b"the face as it was")
 
 

@@ -1,4 +1,4 @@
-"""Profiles are told by their colorants, whatever else is in them or missing."""
+"""Profiles are recognised by their colorants, whatever else they hold or lack."""
 
 import pytest
 from hypothesis import given

@@ -20,7 +20,7 @@ from picture_files import XMP, read_picture, scene
 from PIL import Image
 
 P3 = profile(DISPLAY_P3, SRGB_CURVE)
-# 150 kB, as a profile with large tables has them, of which no two parts are the same
+# A profile of 150 kB, as one with large tables has; no two of its segments are equal.
 LARGE = (len(P3) + 150_000).to_bytes(4, "big") + P3[4:] + bytes(range(250)) * 600
 GAIN_MAP = segment(0xE2, b"urn:iso:std:iso:ts:21496:-1\0\0\0\0\0")
 FLASHPIX = segment(0xE2, b"FPXR\0\0\1\0\2" + bytes(40))
@@ -174,7 +174,7 @@ def test_the_segments_of_a_photo_are_searched_once(tmp_path, monkeypatch):
     monkeypatch.setattr(jpeg_segments, "segments", counted)
     path = photo(tmp_path / "in.jpg", GAIN_MAP, *parts_of(P3), behind=jpeg("CMYK"))
     assert open_picture(path).frame.tags.primaries == 12
-    assert whole == [path.stat().st_size]  # the search for a profile ends before the pixels
+    assert whole == [path.stat().st_size]  # the profile search stops before the pixels
 
 
 @given(st.binary(max_size=200))

@@ -268,7 +268,7 @@ def test_the_bytes_of_a_video_are_refused_with_advice(tmp_path, name):
     clip = make_clip(tmp_path / name, codec)
     with pytest.raises(PhotoError, match=rf"{name} is a video.*give a screenshot") as caught:
         read_photo(clip.read_bytes(), name)
-    assert "ffmpeg" not in str(caught.value)  # bytes come from a browser
+    assert "ffmpeg" not in str(caught.value)  # the bytes come from a browser, not from a shell
 
 
 def test_a_video_is_refused_with_how_to_take_a_frame(tmp_path):

@@ -51,7 +51,7 @@ def test_only_painted_pixels_change(seed, shape, dtype):
     assert frame.chroma == (1, 1) and frame.tags.range == 2 and frame.bit_depth == 8
     before = [plane.copy() for plane in frame.planes]
     painted = np.zeros(shape[:2], bool)
-    painted[[2, 4], [3, 5]] = True  # those between the two stay
+    painted[[2, 4], [3, 5]] = True  # the pixels between the two stay
     luma = frame.writable_planes()[0]
     luma[painted] = 255 - (luma[painted] > 127) * 255
     out = merge(pixels, frame, before)
@@ -86,7 +86,7 @@ def test_the_frame_shows_the_colours_of_the_file():
 @pytest.mark.parametrize("start", [".png", ".webp"])
 @pytest.mark.parametrize(
     ("kind", "name", "block", "most"),
-    [  # of a segment's 65533 bytes: without the mark of XMP, and without that of EXIF
+    [  # a segment of 65533 bytes, less the mark of XMP or of EXIF
         (XMP, "XMP", b"<" + bytes(70000).replace(b"\0", b"x") + b">", 65504),
         (EXIF, "EXIF", exif(1) + bytes(70000), 65527),
     ],

@@ -48,14 +48,14 @@ def webp_head(width, height):
 
 
 def lossless_webp_head(width, height):
-    """RFC 9649, section 3.4."""
+    """Return the start of a lossless WebP file (RFC 9649, section 3.4)."""
     bits = 0x2F | width - 1 << 8 | height - 1 << 22
     body = b"WEBPVP8L" + struct.pack("<I", 20) + bits.to_bytes(5, "little") + bytes(15)
     return b"RIFF" + struct.pack("<I", len(body)) + body
 
 
 def extended_webp_head(width, height):
-    """RFC 9649, section 2.7."""
+    """Return the start of an extended WebP file (RFC 9649, section 2.7)."""
     size = (width - 1).to_bytes(3, "little") + (height - 1).to_bytes(3, "little")
     body = b"WEBPVP8X" + struct.pack("<I", 10) + bytes(4) + size + bytes(20)
     return b"RIFF" + struct.pack("<I", len(body)) + body

@@ -14,7 +14,7 @@ from people import clip, frame_of
 
 
 def decoded(packets):
-    """(H, W, 3) uint8 RGB of each packet; decoders of browsers get no other help."""
+    """(H, W, 3) uint8 RGB of each packet; like a browser, the decoder gets the packets alone."""
     context = av.CodecContext.create("h264", "r")
     frames = [frame for data in packets for frame in context.decode(av.Packet(data))]
     frames += context.decode(None)
@@ -50,7 +50,7 @@ def test_hdr_frames_look_as_they_do_as_jpeg(transfer):
     (got,) = decoded([data])
     context = av.CodecContext.create("mjpeg", "r")
     want = [*context.decode(av.Packet(jpeg)), *context.decode(None)][0].to_ndarray(format="rgb24")
-    assert np.abs(got.astype(int) - want).mean() < 3  # of a ramp, coarsely quantised
+    assert np.abs(got.astype(int) - want).mean() < 3  # the ramp is quantised coarsely
 
 
 @settings(max_examples=15, deadline=None)

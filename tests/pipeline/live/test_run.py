@@ -17,7 +17,7 @@ RED, BLUE = (Look(lips=product(rgb, "matte")) for rgb in ((200, 0, 30), (20, 40,
 
 
 class Camera:
-    """Gives the next frame after the last one is painted."""
+    """A camera that gives the next frame after the last one is painted."""
 
     notice, dropped = "", 0
 

@@ -12,10 +12,10 @@ CLAP = 0.9
 
 
 def card(seconds, claps, *, faster=0.0, late_ms=0.0, block=480, lost=()):
-    """What a sound card gives: (block, when it arrives).
+    """Yield the blocks of a sound card, timed by their arrival.
 
-    claps: seconds at which one sample is loud.  faster: by how much its clock is too fast.
-    late_ms: blocks arrive up to so much late.  lost: numbers of blocks that never arrive.
+    claps: seconds at which one sample is loud.  faster: the share by which its clock is fast.
+    late_ms: blocks arrive up to this much late.  lost: numbers of blocks that never arrive.
     """
     random = np.random.default_rng(3)
     rate = RATE * (1 + faster)
@@ -30,7 +30,7 @@ def card(seconds, claps, *, faster=0.0, late_ms=0.0, block=480, lost=()):
 
 
 def heard(blocks, steady=None):
-    """Seconds at which the claps stand in what comes out."""
+    """Seconds at which the claps stand in the corrected sound."""
     steady = steady or SteadySound(1, ZERO)
     out = np.concatenate([part[0] for block in blocks for part in steady.add(block)])
     loud = np.flatnonzero(out > CLAP / 4)
@@ -66,7 +66,7 @@ def test_a_loss_of_samples_is_made_good_after_a_second(lost_ms):
 
 @pytest.mark.parametrize("held_ms", [100, 300, 900])
 def test_blocks_that_arrive_late_and_at_once_lose_nothing(held_ms):
-    """As after a thread that did not run for a while."""
+    """As if the thread that reads them had not run for a while."""
     blocks = []
     for number, block in enumerate(card(30, np.arange(2, 29, 1.1))):
         length = block.samples.shape[1] / RATE
@@ -80,7 +80,7 @@ def test_blocks_that_arrive_late_and_at_once_lose_nothing(held_ms):
 
 @pytest.mark.parametrize(("late_ms", "for_ms"), [(50, 300), (80, 300), (150, 500), (100, 900)])
 def test_blocks_that_are_late_for_a_while_lose_nothing(late_ms, for_ms):
-    """As on a busy machine, in every other second."""
+    """As on a machine that is busy in every other second."""
     blocks = []
     for number, block in enumerate(card(30, np.arange(2, 29, 1.1))):
         late = late_ms / 1000 if number % 200 < for_ms / 10 and number > 200 else 0.0

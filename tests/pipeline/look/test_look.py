@@ -281,7 +281,7 @@ def test_a_layer_keeps_its_shape_when_the_callers_changes():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_nobody_can_change_the_shape_of_a_layer(kind):
-    """Ready looks are shared, and what has been checked must stay within its range."""
+    """Ready looks are shared, and checked values must stay within their ranges."""
     layer = layer_of(kind)
     copies = copy.copy(layer), copy.deepcopy(layer), pickle.loads(pickle.dumps(layer))
     for one in (layer, *copies):

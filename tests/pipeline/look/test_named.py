@@ -1,4 +1,4 @@
-"""Looks by name: of a folder, a pattern, or the rows of a catalogue."""
+"""Looks by name, from a folder, a pattern or the rows of a catalogue."""
 
 import pytest
 from hypothesis import given
@@ -45,13 +45,13 @@ def test_rows_of_what_is_not_painted_are_told(table):
 
 
 def test_rows_of_an_unknown_category_are_told(table):
-    """Those with no category at all, such as Coral, are as the manual says."""
+    """A row without any category, such as Coral, is not reported."""
     table.write_text(TABLE.replace("eyeliner", "pencil").replace("lustre", ""))
     told = []
     looks = looks_of_catalogue(table, on_unknown=told.append)
     assert told == ["pencil"]
     assert [one.look.kinds for one in looks if one.shade == "Night"] == [("lipstick",)]
-    looks_of_catalogue(table, parts=["liner"], on_unknown=told.append)  # the caller's choice
+    looks_of_catalogue(table, parts=["liner"], on_unknown=told.append)  # the caller chose the part
     assert told == ["pencil"]
 
 
@@ -63,7 +63,7 @@ def test_the_finish_of_a_row_counts_unless_one_is_given(table):
     assert plum.look == Look(lips=product((0x60, 0x20, 0x40), "gloss"))
     table.write_text(TABLE.replace(",glossy", ",").replace("lipstick,Berry,#7C3F35,matte",
                                                            "Matte Lipstick,Berry,#7C3F35,"))  # fmt: skip
-    berry, plum = looks_of_catalogue(table, ["product=Velvet"])  # by what the category names
+    berry, plum = looks_of_catalogue(table, ["product=Velvet"])  # the category names the finish
     assert berry.look == Look(lips=product(ROSE, "matte"))
     assert plum.look == Look(lips=product((0x60, 0x20, 0x40), "gloss"))
     (night,) = looks_of_catalogue(table, ["shade=Night"])

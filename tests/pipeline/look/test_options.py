@@ -29,7 +29,7 @@ def colour_of(layer):
 
 
 def finished(layer, part, finish):
-    """All but the colour of a layer whose finish was chosen; a density map keeps its opacity."""
+    """A layer's numbers in this finish, without its colour; a density map keeps its opacity."""
     if finish is None:
         return rest_of(layer)
     kept = {"opacity": layer.product.opacity} if layer.shape.get("map") else {}

@@ -1,4 +1,4 @@
-"""What --lips, --eyes and the others say: colours, finishes, places, shares, shapes, `none`."""
+"""The values of --lips, --eyes and the like: colours, finishes, places, shares, shapes, `none`."""
 
 import pytest
 from hypothesis import given
@@ -15,7 +15,7 @@ RED = 180, 0, 46
 
 @st.composite
 def layers(draw, kind):
-    """A layer of a kind, and the words that say it, in any order after the colour."""
+    """A layer of a kind and its words: the colour first, then the others in any order."""
     rgb = draw(COLOURS)
     finish = draw(st.none() | st.sampled_from(list(FINISHES)))
     percent = draw(st.none() | st.integers(0, 100))

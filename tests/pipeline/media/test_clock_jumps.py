@@ -49,7 +49,7 @@ def test_sound_and_picture_stay_together_after_a_jump(tmp_path):
     process_video(src, out)
     sound = [seconds for seconds, _ in packets_of(out, "audio")]
     whole = packets_of(tmp_path / "part.ts", "audio")
-    first = sound[len(sound) - len(whole)]  # of the second recording
+    first = sound[len(sound) - len(whole)]  # where the second recording begins
     assert first - times_of(out)[60] == pytest.approx(
         whole[0][0] - times_of(tmp_path / "part.ts")[0], abs=0.002
     )
@@ -77,7 +77,7 @@ def packet(kind, seconds):
 
 
 def mended(sent):
-    """The clock's jumps, and the seconds of a video's packets, [(kind, seconds)], on that clock."""
+    """The jumps that ClockJumps finds in packets, [(kind, seconds)], and their seconds after it."""
     jumps, moved = ClockJumps(SimpleNamespace(has_free_clock=True)), []
     for kind, seconds in sent:
         moved.append(packet(kind, seconds))

@@ -68,7 +68,7 @@ def test_sdr_into_prores_has_its_ten_bits(tmp_path):
     ("pix_fmt", "size_wh", "settings", "is_kept"),
     [
         ("yuv420p10le", (96, 64), {"codec": "h264"}, False),
-        ("yuv420p10le", (96, 64), {"codec": "h264", "bit_depth": 8}, True),  # asked for
+        ("yuv420p10le", (96, 64), {"codec": "h264", "bit_depth": 8}, True),  # 8 bits are wanted
         ("yuv420p10le", (96, 64), {"codec": "h264", "bit_depth": 10}, True),
         ("yuv420p10le", (96, 64), {"codec": "hevc"}, True),
         ("yuv444p12le", (96, 64), {"codec": "h264"}, False),

@@ -11,7 +11,7 @@ NORMAL = 1 << 16  # the speed of an edit
 
 
 def with_edits(path, *edits):
-    """Give each track of an mp4, whose index comes last, these (milliseconds, first tick)."""
+    """Give each track of an mp4 with its index last a list of edits, (milliseconds, first tick)."""
     data, tracks = path.read_bytes(), iter(edits)
     at = data.index(b"moov") - 4
 
@@ -36,7 +36,7 @@ def with_edits(path, *edits):
 
 
 def cut_twice(path, audio):
-    """The first and the third second of a video of three."""
+    """A video of three seconds whose edits show the first and the third."""
     make_clip(path, frames=90, audio=audio, options={"bf": "0", "g": "30"})
     first = 1024 if audio == "aac" else 0
     return with_edits(

@@ -178,7 +178,7 @@ def test_the_last_frame_keeps_its_length(tmp_path, name):
 
 @pytest.mark.parametrize("frames", [1, 2])
 def test_few_frames_of_hevc_have_decoding_times(tmp_path, frames):
-    """x265 returns random ones, most of which mp4 and mov refuse."""
+    """x265 returns random decoding times, most of which mp4 and mov refuse."""
     src = make_clip(tmp_path / "in.mp4", frames=frames)
     for number in range(8):
         dst = tmp_path / f"{number}.mov"

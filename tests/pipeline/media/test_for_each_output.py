@@ -1,4 +1,4 @@
-"""What several outputs of one video share: each refuses losses, and each fails alone."""
+"""Several outputs of one video: each refuses losses, and each fails alone."""
 
 import pytest
 from makeup_video.pipeline import (
@@ -33,7 +33,7 @@ def test_losses_of_several_looks_are_reported_once_for_each(tmp_path):
 
 
 def test_an_output_that_takes_no_packet_makes_room_at_once(tmp_path, monkeypatch):
-    """Where a disk is full, the others need it."""
+    """On a full disk, the other outputs need the room."""
     src, parts = make_clip(tmp_path / "in.mkv", frames=60, audio="aac"), []
     copy, lost = Muxer.copy, tmp_path / "a.part.mkv"
 

@@ -63,7 +63,7 @@ def test_h264_in_avi_is_timed_by_its_decoding_order():
 )
 def test_after_a_repeated_time_the_clock_returns_to_the_files(before, again, steps):
     own = [sum(steps[:at]) for at in range(before)]
-    own += own[-1 - min(again, before - 1) :]  # times that came before
+    own += own[-1 - min(again, before - 1) :]  # repeat times that came before
     own += [own[-1] + sum(steps[: at + 1]) for at in range(400)]
     got, _ = times_for(own, durations=[60] * len(own))  # longer than all steps
     assert all(a < b for a, b in pairwise(got))
@@ -98,7 +98,7 @@ def test_no_picture_is_shown_beyond_the_next_one(pts, lengths, end, stays):
 @pytest.mark.parametrize("still_at", [20, 40, 57])
 @pytest.mark.parametrize("codec", ["h264", "hevc"])
 def test_a_picture_that_stands_still_makes_no_video_longer(tmp_path, codec, still_at):
-    """mp4 stores durations in the order of decoding, in which the next picture may be another."""
+    """mp4 stores durations in decoding order, where a different picture may come next."""
     pts = [i if i < still_at else i + 150 for i in range(60)]
     src = make_clip(tmp_path / "in.mp4", codec, pts=pts, options={"bf": "3"})
     assert max(frame.duration for frame in decoded(src)) > 100 * 512

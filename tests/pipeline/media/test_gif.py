@@ -1,4 +1,4 @@
-"""GIFs: FFmpeg says that all show through; those that do not become opaque videos."""
+"""FFmpeg calls every GIF transparent; a GIF that is opaque becomes an opaque video."""
 
 from contextlib import closing
 from pathlib import Path
@@ -14,7 +14,7 @@ HOLE = (10, 10, 40, 40)
 
 
 def frames(*, holes_from: int | None, count: int = 4) -> list[Image.Image]:
-    """Pictures, from one of them on with a transparent hole."""
+    """`count` pictures, with a transparent hole from number `holes_from` on."""
     images = []
     for index in range(count):
         rgb = picture(index, 96, 64, "rgb24").to_ndarray(format="rgb24")
@@ -42,7 +42,7 @@ def is_seen_through(path: Path) -> bool:
     [
         (None, 0, True),
         (None, 1, True),
-        (1, 1, True),  # what does not change is left out: most programs write that
+        (1, 1, True),  # most programs leave out what does not change
         (0, 1, False),
         (0, 2, False),
         (1, 2, False),

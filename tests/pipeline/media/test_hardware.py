@@ -16,14 +16,14 @@ VIDEO = EncoderNeeds((256, 144), "yuv420p")
 
 
 def lists(monkeypatch, *names):
-    """Let FFmpeg list these hardware encoders alone."""
+    """Let FFmpeg list no hardware encoders but these."""
     listed = {codec.encoder for codec in CODECS.values()} | set(names)
     monkeypatch.setattr(av, "codecs_available", listed)
 
 
 @pytest.fixture
 def broken(monkeypatch):
-    """FFmpeg lists NVENC and QSV, and neither has a chip."""
+    """FFmpeg lists NVENC and QSV, but the machine has a chip for neither."""
     lists(monkeypatch, "h264_nvenc", "hevc_nvenc", "h264_qsv", "hevc_qsv")
 
     def add_stream(container, row, rate):
@@ -36,7 +36,7 @@ def broken(monkeypatch):
 
 @pytest.fixture
 def working(monkeypatch):
-    """NVENC works: others stand in for it, in trials one that takes every format of pixels.
+    """NVENC seems to work: x264 stands in for it, and in trials rawvideo, which takes any format.
 
     Returns the streams of all trials and videos.
     """
@@ -72,7 +72,7 @@ def test_no_hardware_is_the_default(working, tmp_path):
     assert Settings().hardware == "none" and pick_encoder(H264, "none", VIDEO) == (H264, "")
     report = painted(tmp_path, "none")
     assert report.encoder == "libx264" and report.encoder_note == ""
-    assert formats(working) == ["yuv420p"]  # the video's alone
+    assert formats(working) == ["yuv420p"]  # of the video; there is no trial
 
 
 @pytest.mark.parametrize("name", ["auto", "nvenc"])
@@ -80,7 +80,7 @@ def test_an_encoder_that_works_is_used_and_named(working, tmp_path, name):
     report = painted(tmp_path, name)
     assert report.codec == "h264" and report.encoder == "h264_nvenc"
     assert report.warnings() == ["encoder: h264_nvenc"]
-    assert formats(working) == ["nv12", "nv12"]  # the trial's, and the video's
+    assert formats(working) == ["nv12", "nv12"]  # of the trial and of the video
 
 
 def test_what_does_not_work_is_left_for_the_usual_encoder(broken, tmp_path):
@@ -164,7 +164,7 @@ def test_ffmpeg_knows_the_options_that_we_give(name):
     for codec in (H264, HEVC):
         row = hardware.on_hardware(codec, HARDWARE[name])
         if row is None:
-            continue  # of another system
+            continue  # an encoder of another system
         for preset in row.presets or ("",):
             assert refusal(row, row.options(18, preset)) != "Invalid argument"
         assert refusal(row, {"preset": "no such"}) == "Invalid argument"

@@ -1,4 +1,4 @@
-"""What outputs keep of an input, and the line that says what they cannot: data, names, captions."""
+"""What outputs keep of an input, and the line that names what they lose: data, names, captions."""
 
 from fractions import Fraction
 from types import SimpleNamespace
@@ -51,7 +51,7 @@ def test_data_that_a_container_cannot_describe_is_dropped(tmp_path, end):
 @pytest.mark.parametrize("rate", [1, 5])
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv"])
 def test_sound_that_begins_later_stays_there(tmp_path, rate, end):
-    """The source's ticks are as long as a frame."""
+    """The ticks of the source's video are as long as a frame."""
     src = tmp_path / "in.mp4"
     options = {"video_track_timescale": str(rate), "movie_timescale": "1000"}
     with av.open(str(src), "w", container_options=options) as out:
@@ -68,7 +68,7 @@ def test_sound_that_begins_later_stays_there(tmp_path, rate, end):
 @pytest.mark.parametrize("codec", [*WIDTHS])
 @pytest.mark.parametrize("end", [".mov", ".mkv"])
 def test_sound_after_a_gap_stays_there(tmp_path, codec, end):
-    """mp4 and mov count the samples of PCM, and know no gaps."""
+    """mp4 and mov time PCM by counting its samples, so they know no gaps."""
     src = tmp_path / "in.mkv"
     with av.open(str(src), "w") as out:
         video, sound = add_video(out), out.add_stream(codec, rate=8000, layout="mono")
@@ -109,7 +109,7 @@ def pcm(name):
 
 
 def filled(fill, data, milliseconds):
-    """The silence that comes before a packet of that time."""
+    """The silence that `fill` puts before a packet at this time."""
     packet = av.Packet(data)
     packet.time_base = Fraction(1, 1000)
     packet.pts = packet.dts = milliseconds

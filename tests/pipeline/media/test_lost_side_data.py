@@ -1,4 +1,4 @@
-"""Side data of pictures that an output loses has a line."""
+"""The report has a line for side data of pictures that an output loses."""
 
 import struct
 
@@ -13,7 +13,7 @@ from mp4_files import box, describe
 
 @pytest.fixture
 def lost_side_data(monkeypatch):
-    """The function, for pictures that are sets of what they have; PyAV cannot add side data."""
+    """lost_side_data for pictures that are sets of names, because PyAV cannot add side data."""
 
     def found(picture, name):
         return b"\xfc\x94\x20" if name in picture else None
@@ -39,7 +39,7 @@ def test_tags_of_a_whole_sphere_are_reported(lost_side_data, name):
     assert text.startswith("tags of a 360 degree video")
 
 
-STEREO = box(b"st3d", bytes([0, 0, 0, 0, 2]))  # the left view, and the right one beside it
+STEREO = box(b"st3d", bytes([0, 0, 0, 0, 2]))  # the left and the right view side by side
 MONO = box(b"st3d", bytes(5))
 AMBIENT = box(b"amve", struct.pack(">I2H", 3_140_000, 15635, 16450))
 

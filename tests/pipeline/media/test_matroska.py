@@ -33,8 +33,8 @@ def test_anamorphic_video_keeps_its_shape_and_all_its_data(tmp_path, codec, end,
     ("width", "height", "aspect", "shown"),
     [
         (320, 256, Fraction(4, 3), b"\x84" + (5).to_bytes(4)),  # 426.7 x 256: a ratio of 5 to 3
-        (720, 480, Fraction(8, 9), b"\x84" + (640).to_bytes(4)),  # pixels
-        (352, 288, Fraction(128, 117), b"\x84" + (1408).to_bytes(4)),  # to 1053
+        (720, 480, Fraction(8, 9), b"\x84" + (640).to_bytes(4)),  # in pixels
+        (352, 288, Fraction(128, 117), b"\x84" + (1408).to_bytes(4)),  # a ratio of 1408 to 1053
     ],
 )
 def test_the_pixel_aspect_ratio_is_exact(tmp_path, end, width, height, aspect, shown):
@@ -70,7 +70,7 @@ def test_writing_it_twice_keeps_the_second():
         path = make_clip(Path(folder) / "in.mkv", "ffv1", frames=2)
         assert set_display_size(path, 1, Fraction(111, 64))
         assert set_display_size(path, 1, (192, 64))
-        assert (0x54B2).to_bytes(2) not in path.read_bytes()[:2000]  # a unit of the first
+        assert (0x54B2).to_bytes(2) not in path.read_bytes()[:2000]  # DisplayUnit is gone
         assert path.read_bytes().count(b"\x54\xb0\x84") == 1
         with av.open(str(path)) as container:
             assert container.streams.video[0].sample_aspect_ratio == 2

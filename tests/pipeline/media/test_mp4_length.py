@@ -17,7 +17,7 @@ SCREEN = [0, 33, 66, 1000, 1033, 3000, 3033, 6000]  # ms: a screen recording
 
 
 def clip(path, pts, last):
-    """A video without B-frames whose last frame has that length."""
+    """A video without B-frames whose last frame is shown for `last` ms."""
     return make_clip(
         path, pts=pts, last=last, time_base=TICK, options={"bf": "0"},
         container_options={"video_track_timescale": "1000"},
@@ -25,7 +25,7 @@ def clip(path, pts, last):
 
 
 def header_seconds(path):
-    """The lengths by the file's movie header, and by the steps between decoding times."""
+    """The length by the movie header, and by the steps between decoding times, in seconds."""
     with path.open("rb") as file:
 
         def numbers(kind, at, *names):
@@ -117,7 +117,7 @@ def test_the_last_packet_alone_is_changed(steps, delay, order):
     ]
     assert last.pts == shown[decoded[-1]] and dts[-1] <= last.dts <= last.pts
     assert last.pts + last.duration <= end
-    assert last.dts + last.duration + early >= end  # the sum of steps
+    assert last.dts + last.duration + early >= end  # the steps add up to the whole length
 
 
 def _order(count, delay, random):

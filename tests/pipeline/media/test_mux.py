@@ -326,7 +326,7 @@ def test_a_packet_for_an_aborted_output_is_an_error(tmp_path):
 
 @pytest.mark.parametrize("end", [".mp4", ".mkv", ".webm"])
 def test_sound_that_an_edit_list_hides_stays_hidden(tmp_path, end):
-    """A video whose first second was cut away, as on a phone: its packets are there, before 0."""
+    """A phone cuts away the first second of a video: its packets remain, with times before 0."""
     whole, src = make_clip(tmp_path / "whole.mp4", frames=90, audio="aac"), tmp_path / "in.mp4"
     with av.open(str(whole)) as container, av.open(str(src), "w") as out:
         streams = [out.add_stream_from_template(each, opaque=True) for each in container.streams]

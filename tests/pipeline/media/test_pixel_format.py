@@ -112,7 +112,7 @@ def test_a_change_of_size_or_layout_names_both_and_the_place(change):
 
 @pytest.mark.parametrize("size_wh", [(854, 480), (566, 1006)])
 def test_a_picture_gets_the_same_10_bits_each_time(size_wh):
-    """FFmpeg's converter wrote random pixels with several threads, which junk in memory showed."""
+    """With several threads, FFmpeg's converter wrote random pixels; junk in memory made it show."""
     rng, seen = np.random.default_rng(0), set()
     frame = picture(3, *size_wh, "bgr0")
     for _ in range(20):

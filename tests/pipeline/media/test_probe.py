@@ -10,7 +10,7 @@ from media import make_clip
 def test_a_whole_file_plays(tmp_path, name):
     path = make_clip(tmp_path / name, frames=15)
     assert plays(path) and plays(path, 15) and declared_frames(path) == 15
-    if name != "a.mkv":  # whose header has no count
+    if name != "a.mkv":  # Matroska's header has no frame count
         assert not plays(path, 14)
 
 

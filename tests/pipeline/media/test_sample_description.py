@@ -1,4 +1,4 @@
-"""What mp4 and mov say of a video, and outputs cannot say, has a line."""
+"""The report has a line for what mp4 and mov say of a video and its output cannot say."""
 
 import pytest
 from makeup_video.pipeline import Settings, StrictError, process_video

@@ -1,4 +1,4 @@
-"""Where a video is split: at key frames, about so many seconds apart, with a run-up before each."""
+"""A video is split at key frames, at least so many seconds apart, with a run-up before each."""
 
 from contextlib import closing
 from fractions import Fraction
@@ -55,7 +55,7 @@ def test_segments_share_out_the_video(video, seconds, run_up):
 
 
 def test_no_seam_lies_between_frames_a_millisecond_apart(tmp_path):
-    """In Matroska's milliseconds their times could be one."""
+    """In Matroska's milliseconds, both could have the same time."""
     ticks = [3000 * number for number in range(90)]
     ticks[29] = ticks[30] - 90
     src = make_clip(

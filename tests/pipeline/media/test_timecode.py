@@ -1,4 +1,4 @@
-"""Timecode of excerpts: as a counter of frames would name the frame."""
+"""The timecode of an excerpt is the name that a frame counter gives its first frame."""
 
 from fractions import Fraction
 

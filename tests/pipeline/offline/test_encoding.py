@@ -11,7 +11,7 @@ from media import make_clip
         ("ffv1", "yuv444p12le", "out.mp4", {}, ["4:4:4 in hevc; av1 is always 4:2:0"]),
         ("ffv1", "yuv422p10le", "out.mp4", {}, ["4:2:2 in hevc; av1 is always 4:2:0"]),
         ("ffv1", "yuv422p", "out.mkv", {}, ["4:2:2 in h264; av1 is always 4:2:0"]),
-        ("prores", "yuv422p10le", "out.mov", {}, ["4:2:2 in hevc"]),  # which holds no av1
+        ("prores", "yuv422p10le", "out.mov", {}, ["4:2:2 in hevc"]),  # mov holds no av1
         ("ffv1", "yuv420p10le", "out.mp4", {}, []),
         ("h264", "yuv422p", "out.mp4", {}, []),  # the source is H.264 in 4:2:2 itself
         ("ffv1", "yuv444p", "out.mp4", {"codec": "av1"}, []),

@@ -43,7 +43,7 @@ def paths_of(folder, end, looks=LOOKS):
 
 
 def content_of(path):
-    """The bytes of a file. Matroska's have random numbers of its own: of those, every packet."""
+    """The bytes of a file; of Matroska, which holds random numbers, every packet and tag."""
     if path.suffix not in (".mkv", ".webm"):
         return path.read_bytes()
     with av.open(str(path)) as box:
@@ -185,7 +185,7 @@ def test_an_error_of_one_look_ends_that_look_alone(tmp_path, end):
 
 
 def test_the_part_of_a_look_that_failed_makes_room_at_once(tmp_path, monkeypatch):
-    """Where a disk is full, the others need it."""
+    """On a full disk, the other outputs need the room."""
     src, encode, parts = write_video(tmp_path / "in.mkv", clip(30)), VideoEncoder.__call__, []
 
     def full(self, frame):

@@ -1,5 +1,5 @@
 """What a run opened is gone when it ends: no encoder waits for Python's garbage collector, which
-may come by only after dozens of runs."""
+may start only after dozens of runs."""
 
 import gc
 from concurrent.futures import ThreadPoolExecutor
@@ -90,11 +90,11 @@ RUNS = [one_look, several_looks, pictures, segments, a_video_that_fails, frames,
 @pytest.mark.parametrize("run", RUNS)
 def test_nothing_waits_for_the_garbage_collector(tmp_path, monkeypatch, run):
     monkeypatch.setattr(machine, "gc", SimpleNamespace(collect=lambda generation=2: 0))
-    apply_look(clip(1)[0], LOOK)  # all threads share one kernel that reads surfaces
+    apply_look(clip(1)[0], LOOK)  # creates the kernel that all threads share
     gc.collect()
     gc.disable()
     try:
-        before = held()  # by other tests
+        before = held()  # left by other tests
         run(tmp_path)
         assert [one for one in held() if not any(one is old for old in before)] == []
     finally:

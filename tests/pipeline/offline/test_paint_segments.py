@@ -13,7 +13,7 @@ NUMBERS = st.dictionaries(st.integers(0, 9), st.integers(0, 9))
 
 
 def two_segments(first, second, largest, known=None):
-    """The first one saw the face `largest` as its largest; each with numbers of its own faces."""
+    """Two segments and their face numbers; the first saw the face `largest` as its largest."""
     results = [SimpleNamespace(largest_id=largest), SimpleNamespace(largest_id=None)]
     return PaintedSegments(results, [first, second], known=[known, None])
 

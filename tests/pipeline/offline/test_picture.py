@@ -127,7 +127,7 @@ def test_grey_that_becomes_rgb_has_a_line(tmp_path, end):
     assert report.conversions == ["grey -> RGB"] and report.painted_frames == 1
     with pytest.raises(StrictError, match=r"grey -> RGB\. Leave strict out\.$"):
         process_video(src, tmp_path / f"strict{end}", look, strict)
-    if end == ".webp":  # it holds no grey, nor a profile of grey
+    if end == ".webp":  # WebP holds no grey and no grey profile
         grey = PROFILE[:16] + b"GRAY" + PROFILE[20:]
         src = write(tmp_path / "bare.jpg", scene((40, 60, 1)), {ICC: grey})
         report = process_video(src, tmp_path / "bare.webp")
@@ -162,7 +162,7 @@ def test_a_deep_photo_is_reported_with_its_own_depth(tmp_path, bits):
 
 
 def test_what_is_laid_on_white_is_rounded_to_the_nearest_code(tmp_path):
-    """10 at 100 of 255 on white is 158.9."""
+    """Code 10 with an alpha of 100 of 255 on white is 158.9."""
     grey = np.full((16, 16, 4), (10, 10, 10, 100), np.uint8)
     process_video(write(tmp_path / "in.png", grey), tmp_path / "out.jpg")
     assert (read_picture(tmp_path / "out.jpg")[0] == 159).all()

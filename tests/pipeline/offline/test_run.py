@@ -31,7 +31,7 @@ def test_trimming_keeps_the_chosen_part_and_starts_it_at_zero(tmp_path, end):
     sound = packets_of(dst, "audio")
     original = {data: seconds for seconds, data in packets_of(src, "audio")}
     assert 0.9 < len(sound) * 1024 / 48000 < 1.0
-    for seconds, data in sound:  # in sync: every packet moved by what the video moved
+    for seconds, data in sound:  # in sync: every packet moved as far as the video
         assert abs(original[data] - want[0] - seconds) <= Fraction(1, 1000)
 
 

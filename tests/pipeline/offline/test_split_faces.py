@@ -83,14 +83,14 @@ def test_faces_are_painted_alike_on_both_sides_of_a_seam(two_faces, painted, who
 
 
 def test_only_the_chosen_face_of_a_later_segment_is_painted(two_faces, painted):
-    """Face 1 appears in the first segment; in the second its number comes from there."""
+    """Face 1 appears in the first segment; the second takes its number from there."""
     _, split, _, many = painted("1")
     assert many.painted_frames > 0.8 * len(SECOND_FACE)
     changed = [
         np.abs(old.to_ndarray()[:360].astype(int) - new.to_ndarray()[:360]).max(axis=0)
         for old, new in zip(decoded(two_faces), decoded(split), strict=True)
     ]
-    assert all(columns[:380].max() == 0 for columns in changed)  # the other face
+    assert all(columns[:380].max() == 0 for columns in changed)  # face 0 is not painted
     assert all(columns.max() > 20 for columns in changed[SEAM + 10 : 105])
 
 
@@ -148,7 +148,7 @@ def test_a_segment_that_took_a_larger_face_is_painted_again(tmp_path):
 
 
 def changed_twice(folder, pictures, whom):
-    """Of one run and of one in segments, by frame: the columns that paint changed, (640,) bool.
+    """For one run and for one in segments: by frame, the painted columns, (640,) bool.
 
     One segment must be painted twice.
     """

@@ -1,4 +1,4 @@
-"""When nothing was painted, or a part of the look nowhere, one warning gives the reason."""
+"""If the whole look, or a part of it, was painted nowhere, one warning gives the reason."""
 
 import cv2
 import numpy as np

@@ -1,4 +1,4 @@
-"""Progress of a video that its caller breaks off with an error: no output, and no part."""
+"""Progress of a video that its caller breaks off with an error: no output and no part file."""
 
 import time
 from types import SimpleNamespace
@@ -33,7 +33,7 @@ def test_an_error_while_it_is_reported_leaves_no_part(tmp_path, run):
         if done:
             raise OwnError
 
-    for _ in range(2):  # again, as nothing is in the way
+    for _ in range(2):  # the second run finds nothing in its way
         with pytest.raises(OwnError):
             run(src, tmp_path, Settings(preset="veryslow"), tick)
         assert [path.name for path in tmp_path.iterdir()] == ["in.mkv"]

@@ -1,4 +1,4 @@
-"""What is made of the colours around the eyes: hair is no makeup, soft browns are no orange."""
+"""Layers fitted to the colours around the eyes: hair is no makeup, soft browns are no orange."""
 
 from dataclasses import replace
 from functools import cache
@@ -40,7 +40,7 @@ def bare():
 
 
 def opacity_read(rgb, above):
-    """Of the shadow in one colour from the lashes to the brow: how much is read above a height."""
+    """The opacity read above a height where one colour is painted from the lashes to the brow."""
     worn = replace(product(rgb, "matte", "eyes"), opacity=0.9)
     neutral = neutral_of(apply_look(portrait(), Look([Layer("eyeshadow", worn, FULL)]), [face()]))
     across, height = flat_places()
@@ -84,7 +84,7 @@ def test_soft_browns_are_less_yellow_than_they_are_seen(red, yellow):
     less = yellowness(yellow)
     with patch.object(shadows, "_LESS_YELLOW", 0.0):
         as_seen = yellowness(yellow)
-    assert yellowness(0) < less < as_seen  # still yellower than what is not
+    assert yellowness(0) < less < as_seen  # still yellower than a brown without yellow
 
 
 @pytest.mark.parametrize("black", [(0, 0, 0), (12, 10, 10), (0, 20, 8)])
@@ -134,11 +134,11 @@ def test_few_cold_cells_make_no_product_cold_if_light_is_warm(share, b, red):
 @example(20.0, 4.0, 29.0, 20.0)
 @given(st.floats(20, 80), st.floats(4, 30), st.floats(4, 30), st.floats(20, 80))
 def test_what_looks_warm_in_a_photo_is_painted_no_colder(lightness, red, yellow, fitted):
-    """Dark brown on warm skin is as much less yellow than the skin as blue is on pale skin."""
+    """Dark brown is as much less yellow than warm skin as blue is than pale skin."""
     painted = painted_blue(fitted, np.broadcast_to([lightness, red, yellow], (27, 24, 3)))
     as_dark = np.array([red, yellow]) * min(fitted / lightness, 1)
     skin = TypicalSkin.of(bare(), 1.0)
-    # a colour that sRGB lacks is painted as the nearest that it has
+    # a colour outside sRGB is painted as the nearest one inside
     in_gamut = skin.lab(skin.roots_of(np.array([fitted, *as_dark])))
     np.testing.assert_allclose(painted, in_gamut, atol=0.1)
 
@@ -159,7 +159,7 @@ def test_what_looks_blue_in_a_photo_is_painted_blue(lightness, red, blue):
 
 
 def painted_blue(lightness, looks):
-    """CIELAB of the product that a blue one becomes in light without a cast."""
+    """CIELAB of what a fitted blue product becomes in neutral light; looks: CIELAB in the photo."""
     skin = TypicalSkin.of(bare(), 1.0)
     found = Spread(skin.roots_of(np.array([[lightness, 0, -20]])), np.ones((1, 27, 24)), np.ones(1))
     roots = shadows._no_colder(found, np.ones((27, 24, 3)), looks, skin, np.ones(3))
@@ -175,7 +175,7 @@ def test_in_cool_light_products_stay_as_cold_as_fitted():
 
 
 def vividness(off, probability):
-    """How many times as far from bare eyes as it is seen a colour as light as they is painted."""
+    """How many times further from bare eyes a colour as light as they are is painted than seen."""
     bare_eyes = np.full((27, 24, 3), 0.8)
     off = np.array(off) - np.array(off) @ LUMINANCE
     seen = bare_eyes + 0.1 * off / np.linalg.norm(off)

@@ -198,7 +198,7 @@ def test_below_a_grey_shadow_no_red_one_is_read(grey, red):
 def test_a_soft_grey_is_not_read_as_black(slot):
     dense = density(Layer("eyeshadow", LID, {"slot": slot}))[..., None]
     bare = read_array("bare_eyes.npy").astype(np.float32)[..., :3]
-    seen = (1 - dense) * bare + dense * np.float32(0.5)  # of the root of skin
+    seen = (1 - dense) * bare + dense * np.float32(0.5)  # half the root of the skin's light
     layers = fit_shadows(wearing_nothing(), seen)
     assert layers
     for layer in layers:
@@ -337,7 +337,7 @@ def test_soft_browns_of_pale_skin_are_less_vivid(red, yellow):
     bare = read_array("bare_eyes.npy").astype(np.float32)[..., :3]
 
     def redness(lightness):
-        """How far from skin what is read of a brown is, the more opaque the more."""
+        """How much redder than skin the layers read for a brown are, weighted by their opacity."""
         plain = np.array([lightness, 10.0, 12.0])
         skin, off = linear_of_lab(plain), np.array([-12, red, yellow])
         brown = np.sqrt(linear_of_lab(plain + off) / skin)

@@ -17,7 +17,7 @@ from reference_photos import face, flat_eyes
 
 FIRST = 38  # column from which hair covers what lies beside an eye
 BESIDE = np.s_[:, FIRST + 2 :]
-BEFORE = np.s_[:, : FIRST - 3]  # where no blur carries hair
+BEFORE = np.s_[:, : FIRST - 3]  # columns that no blur carries hair to
 SKINS = (230, 176, 150), (190, 140, 118)  # around the one eye and the other
 
 
@@ -27,7 +27,7 @@ def flat(rgb8, seen=None):
 
 
 def ending_at(column, eye):
-    """The face, whose outline comes no further out than a column of one eye."""
+    """The face with an outline that goes no further out than a column of one eye's grid."""
     points = face().points_px.copy()
     to_px = lid_surfaces(face())[eye].grid.to_px
     edge, inner = (to_px @ [at, 20, 1] for at in (column, 0))
@@ -38,7 +38,7 @@ def ending_at(column, eye):
 
 
 def behind_hair(rgb, *eyes):
-    """Even skin around both eyes, and a colour over all that lies beside some of them."""
+    """The portrait with even skin around both eyes, and a colour over what lies beside `eyes`."""
     rgb8 = portrait().copy()
     grids = [lid.grid.to_px for lid in lid_surfaces(face())]
     for to_px, skin in zip(grids, SKINS, strict=True):
@@ -49,7 +49,7 @@ def behind_hair(rgb, *eyes):
 
 
 def cover(rgb8, to_px, first, rgb):
-    """Fill a grid from its column `first` on, and further out."""
+    """Fill a grid outwards from its column `first`, and a little beyond its borders."""
     ends = FLAT_HW[1] + 8
     corners = np.array([[first, -8], [ends, -8], [ends, 44], [first, 44]])
     cv2.fillPoly(rgb8, [np.rint(corners @ to_px[:, :2].T + to_px[:, 2]).astype(np.int32)], rgb)
@@ -88,7 +88,7 @@ def test_eye_shadow_far_beyond_the_eyes_is_seen(rgb):
 
 
 def different(right, left):
-    """The eyes of the portrait in two colours, as of different_eyes."""
+    """The result of different_eyes for the portrait with eyes in two colours."""
     rgb8 = portrait().copy()
     for lid, skin in zip(lid_surfaces(face()), (right, left), strict=True):
         cover(rgb8, lid.grid.to_px, 14, skin)

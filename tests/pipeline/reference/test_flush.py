@@ -1,4 +1,4 @@
-"""A blush that is found by the cheek around it, in whatever light."""
+"""Blush is found by comparing it with the cheek around it, in any light."""
 
 from dataclasses import replace
 from functools import cache

@@ -15,7 +15,7 @@ LIGHT = st.floats(0.05, 1.5)
 
 
 def eyes_of(near, elsewhere=1.0):
-    """Flat eyes with skin of such roots of light below the eye, and elsewhere."""
+    """Flat eyes whose skin has one root of light below the eye, and another one elsewhere."""
     eyes = np.full((*FLAT_HW, 3), elsewhere, np.float32)
     eyes[20:22] = near
     return eyes

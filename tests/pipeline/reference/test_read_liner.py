@@ -76,7 +76,7 @@ def test_an_eye_that_is_turned_away_does_not_count():
 
 
 def form_of(numbers, eyeshadow=0.0):
-    """What is read where the net returns these numbers."""
+    """The form that is read when the net returns these numbers."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(read_liner_module, "liner_numbers", lambda *_: np.array(numbers))
         return read_liner(portrait(), face(), eyeshadow)

@@ -82,7 +82,7 @@ def test_the_lips_lie_about_the_middle_row_of_the_input():
 
 
 def form_of(gloss, fade):
-    """What is read where the net returns these numbers."""
+    """The form that is read when the net returns these numbers."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(read_lipstick_module, "lipstick_numbers", lambda *_: np.array((gloss, fade)))
         return read_lipstick(portrait(), face())

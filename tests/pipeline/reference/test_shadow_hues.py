@@ -19,7 +19,7 @@ def typical():
 
 
 def beside_black(rgb, share):
-    """CIELAB of an eyeshadow on typical skin, and of what it becomes beside so much black."""
+    """CIELAB of typical skin, of an eyeshadow on it, and of what it becomes beside black."""
     skin = typical()
     roots = np.sqrt(to_linear(np.array([rgb, (28, 28, 28)]) / 255, SRGB) / skin.linear)
     densities = np.stack([np.full((27, 24), 0.5), np.full((27, 24), 0.5 * share)])
@@ -59,12 +59,12 @@ def test_no_product_is_much_bluer_than_it_looks(lightness, looks_blue, green):
         wanted[2] = bluest
         if before[2] < before[1] < 0:  # teal stays teal
             wanted[1] *= bluest / before[2]
-    wanted = skin.lab(skin.roots_of(wanted))  # a colour that sRGB lacks is the nearest that it has
+    wanted = skin.lab(skin.roots_of(wanted))  # the nearest colour inside sRGB
     np.testing.assert_allclose(after, wanted, atol=0.1)
 
 
 def kept_below(redder, lid=(0.0, 12.0, 3.0), shade=1.0):
-    """What stays below the eye of skin that is so much redder; its first row lies in a shade."""
+    """What is kept below the eye where skin is redder by this much; the first row is shaded."""
     skin = typical()
     labs = np.tile(skin.lab(np.ones(3)), (27, 24, 1))
     plain = labs[0, 0].copy()

@@ -14,7 +14,7 @@ across, height = np.meshgrid(places_across(), np.concatenate([heights(True), hei
 
 
 def seen_with(*shares_and_roots):
-    """Bare eyes on which colours show with those shares, (27, 24) each."""
+    """Bare eyes with colours on them: pairs of a share (27, 24) and a root of light."""
     film = shadow_cells().film
     seen = film.bare.astype(np.float64)
     for share, root in shares_and_roots:

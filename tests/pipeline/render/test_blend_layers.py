@@ -81,8 +81,8 @@ def test_films_at_once_are_films_one_after_another(films, shade):
 @pytest.mark.parametrize("finish", ["satin", "gloss", "metallic", "shimmer"])
 @pytest.mark.parametrize("region", ["lips", "eyes"])
 def test_finishes_at_once_look_as_one_after_another(finish, region):
-    """A deep matte colour outside, a finish on the rest, half over each other. What differs is the
-    undertone, and light that is added under half a film: a third of what the finish adds."""
+    """A deep matte colour outside, a finish on the rest, half overlapping. Two things differ: the
+    undertone, and light added under half a film, by a third of what the finish adds."""
     x = np.linspace(0, 1, HW[1], dtype=np.float32)
     outside, rest = np.broadcast_to(x, HW), np.broadcast_to(1 - x, HW)
     shining = finished((200, 120, 90), finish, region)
@@ -105,7 +105,7 @@ def test_one_layer_is_painted_as_its_product_alone(p, seed):
     maps, common = films([(np.ones((2, 2), np.float32), m)])
     alone = paint_codes(luma, chroma, surface, m, Coding())
     layers = paint_codes(luma, chroma, replace(surface, layers=maps), common, Coding())
-    assert np.abs(alone - layers).max() <= 1  # the square of a float32 root is not the number
+    assert np.abs(alone - layers).max() <= 1  # squaring a float32 root is not exact
 
 
 @settings(max_examples=100, deadline=None)
@@ -154,7 +154,7 @@ def test_a_denser_layer_covers_more(given_layers, number):
 
 @pytest.mark.parametrize("faint", [1e-4, 3e-4])
 def test_a_faint_layer_hardly_colours_the_border_beside_it(faint):
-    """Densities that are looked up are off by so much, and colours are interpolated."""
+    """Looked-up densities have errors of this size, and colours are interpolated."""
     white, black = lit(product(red=255, green=255, blue=255)), lit(product(red=0, blue=0))
     colours = []
     for density in (0.0, faint):

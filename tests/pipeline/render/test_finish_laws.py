@@ -85,5 +85,5 @@ def test_violet_eye_shadow_stays_violet_on_a_photo(finish, monkeypatch):
     _, a, b = np.median(on_lids(VIOLET, finish, monkeypatch), axis=0)
     _, own_a, own_b = lab(linear_of(VIOLET))
     turned = np.degrees(np.angle(complex(a, b) / complex(own_a, own_b)))
-    # what still turns is the skin under a film that is not fully opaque
+    # the skin under a film that is not fully opaque still turns the hue
     assert abs(turned) < 10 and np.hypot(a, b) > 0.5 * np.hypot(own_a, own_b)

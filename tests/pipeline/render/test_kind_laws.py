@@ -150,8 +150,8 @@ CHARTED = [
 
 @pytest.mark.parametrize("layer", CHARTED, ids=lambda layer: f"{layer.kind} {layer.shape}")
 def test_a_chart_has_the_densities_of_the_places(layer):
-    """Between two px of a chart borders are straight, which are curved: 0.02 of the density. The
-    whole face has places that no face shows."""
+    """Between two px of a chart, curved borders are straight: 0.02 of the density. Places of the
+    whole face that this face does not show are left out."""
     (group,) = groups_of(Look([layer]).painted)
     for surface in surfaces_of(layer.kind):
         shown = getattr(surface, "visible", np.ones(surface.normals.shape[1:])) > 0
@@ -204,7 +204,7 @@ def read_back(made: MadeRegion) -> PaintedRegion:
 
 @pytest.fixture
 def twins(monkeypatch):
-    """Whenever the kernels paint: their planes, and those of the numpy twin."""
+    """A list that gets, at every painting, the kernels' planes and those of the numpy twin."""
     seen, paint = [], Canvas.paint
 
     def paint_both(self, planes, regions, coding):
@@ -248,8 +248,8 @@ def test_the_order_of_kinds_in_a_file_does_not_matter(some, order):
 
 
 def test_all_kinds_at_once_are_one_after_the_other():
-    """In the order of the registry; together they may be large enough for half the resolution,
-    which spreads them by two pixels of that."""
+    """Kinds are painted in the order of the registry. All together may be painted at half the
+    resolution, which spreads them by two of its pixels."""
     scene = close_up_scene("yuv444p")
     worn = everything(gloss=0.5, gloss_roughness=0.3)
     assert [layer.kind for layer in worn.layers] == list(PAINTED)

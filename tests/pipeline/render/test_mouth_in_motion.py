@@ -78,8 +78,8 @@ def painted(make: Callable[[np.ndarray, np.ndarray], Made]) -> np.ndarray:
     return np.array(shares)
 
 
-# Of the lips at least, of what lies between them at most: on average, and in any frame. The mouth
-# of the sample gapes, and the skin below its lower lip is as red as the lip.
+# Painted shares: of the lips at least on average; of what lies between them at most on average, and
+# at most in a frame. The mouth gapes, and the skin below the lower lip is as red as the lip.
 BOUNDS = {
     plain: (0.69, 0.03, 0.09),
     dim: (0.62, 0.09, 0.2),

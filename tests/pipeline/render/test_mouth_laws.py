@@ -12,7 +12,7 @@ from makeup_video.pipeline.look.look import Layer, Look
 @pytest.mark.parametrize("finish", ["matte", "gloss", "shimmer"])
 @pytest.mark.parametrize("number", OPEN_MOUTHS)
 def test_little_of_an_open_mouth_changes(number, finish):
-    """Less than a hundredth of a mouth is seen to change, of one that gapes a thirtieth.
+    """Less than a hundredth of a mouth changes visibly, of one that gapes less than a thirtieth.
 
     A twentieth may change by as little as 2 codes: px that mix lip and dark are painted in part.
     """
@@ -36,7 +36,7 @@ def test_with_true_points_hardly_a_pixel_of_the_mouth_changes(number):
 
 
 def test_pale_lipstick_goes_further_but_no_dark_rim():
-    """Px beyond the border that change: the red goes on there, and would be a rim around nudes."""
+    """The red goes on beyond the border, where it would be a rim around nude lipstick."""
     points = true_px(OPEN_MOUTHS[0])
     scene = scene_of(sample_scenes()[OPEN_MOUTHS[0]].frame, (true_face(points),))
     old = scene.frame.planes[0]

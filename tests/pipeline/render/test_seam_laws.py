@@ -24,7 +24,7 @@ def shadow(**shape):
 
 
 def points_at(shut):
-    """Between the face with open eyes and that with shut ones, enlarged: eyes are 80 px wide."""
+    """Points between open eyes (0) and shut eyes (1), enlarged: eyes are 80 px wide."""
     opened, closed = (close_up(number, BOX)[1] for number in (60, 75))
     return (opened + shut * (closed - opened)) * SCALE
 

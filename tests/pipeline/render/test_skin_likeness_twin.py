@@ -16,7 +16,7 @@ LEFT, RIGHT = 50, 280  # cheeks
 
 
 def likeness_on(rgb8):
-    """Of the cheeks' places: the surface, and where each cheek is, (40, 40) bool."""
+    """The surface of the face, and which of its places each cheek has, (40, 40) bool."""
     frame = frame_of(rgb8)
     surface, _, _ = surface_made(face_at(points()), frame)
     side = [

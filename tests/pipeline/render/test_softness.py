@@ -32,7 +32,7 @@ def blurred(rgb8, share):
 
 
 def softness(rgb8, points=POINTS, pix_fmt="yuv420p"):
-    """Of lips and eyes, as shares of the distance of the eyes."""
+    """The softness of lips and of eyes, as shares of the distance of the eyes."""
     return softness_of(rgb8, true_face(points), pix_fmt)
 
 
@@ -49,7 +49,7 @@ def test_a_sharp_picture_is_not_soft():
 @settings(max_examples=25, deadline=None)
 @given(st.floats(0.022, 0.03), st.floats(0.6, 1), st.sampled_from(LAYOUTS))
 def test_softness_is_about_the_blur_of_the_picture(share, gain, pix_fmt):
-    """In any light, layout and depth; what sharp pictures have is left out."""
+    """In any light, layout and depth; the blur of sharp pictures is left out."""
     lips, eyes = softness((blurred(RGB8, share) * gain).astype(np.uint8), pix_fmt=pix_fmt)
     more = (share**2 - 0.016**2) ** 0.5
     assert 0.8 * more < lips < 1.2 * more
@@ -195,7 +195,7 @@ def test_a_hint_of_softness_changes_lips_by_a_hint(size):
     surface.weigh(sharp, (0, 0), Edge(0.0), None)
     surface.weigh(soft, (0, 0), Edge(0.0, 0.0, 0.05), None)
     assert np.abs(sharp - soft).max() < 0.01
-    for least, more in (1.99, 2.01), (3.0, 3.05):  # px; nor is there a step further on
+    for least, more in (1.99, 2.01), (3.0, 3.05):  # px: there is no step further on either
         surface.weigh(sharp, (0, 0), Edge(0.0, 0.0, least), None)
         surface.weigh(soft, (0, 0), Edge(0.0, 0.0, more), None)
         assert np.abs(sharp - soft).max() < 0.08
@@ -221,7 +221,7 @@ LINE = Layer("eyeliner", product(red=0, blue=0), {"thickness": 0.3})
 
 @pytest.mark.parametrize("layer", [lipstick(0.0), LINE, shadow("lid")], ids=lambda one: one.kind)
 def test_makeup_on_a_soft_frame_is_soft(layer):
-    """On the same frame as if it were sharp, the weights have steeper edges."""
+    """If the same frame counts as sharp, the weights have steeper edges."""
     scene = scene_of(frame_of(blurred(RGB8, 0.03)), (true_face(POINTS),))
     sharp = replace(scene, faces=tuple(replace(one, sigma_px={}) for one in scene.faces))
     soft, hard = (layer_weight(one, layer) for one in (scene, sharp))

@@ -69,12 +69,12 @@ def still_video():
     items = [smooth(find(frame_of(rgb.astype(np.uint8), at))) for at, rgb in enumerate(noisy)]
     items = [item for item in (*items, *smooth.drain()) if item is not None]
     assert len(items) == 40 and all(len(item.faces) == 1 for item in items)
-    return [build(item) for item in items[8:]]  # the first few settle
+    return [build(item) for item in items[8:]]  # the first few frames settle
 
 
 @pytest.mark.parametrize("name", [*LAYERS, "hairline"])
 def test_a_still_face_shakes_borders_hardly_more_than_lips(name):
-    """Above the lips a highlighter follows single points, those of lips follow all of a mask."""
+    """Above the lips a highlighter follows single points, but lipstick follows a whole mask."""
     layer = liner(0.03) if name == "hairline" else LAYERS[name]
     most = 1.25 if name == "highlighter" else 1.0
     assert 0 < shake(still_video(), layer) <= most * shake(still_video(), LIPSTICK)
@@ -92,7 +92,7 @@ def test_a_line_grows_steadily_with_its_thickness(iod_px, shape):
     points = head_at(iod_px=iod_px)
     totals = np.array([total(liner(one, **shape), points) for one in thickness])
     assert (np.diff(totals) > 0).all() and totals[0] > 0
-    # below a pixel as above it: no step where the line begins to be seen
+    # growth is the same below one pixel: no step where the line begins to be seen
     assert np.diff(totals).max() < 4 * np.median(np.diff(totals))
 
 

@@ -73,8 +73,8 @@ def test_the_pictures_are_only_read(tmp_path):
 
 
 def test_a_recording_that_has_ended_keeps_no_encoder(tmp_path):
-    """The run keeps it, for its figures, and a page may record often."""
-    tasks = Path("/proc/self/task")  # of the system: FFmpeg's threads are not Python's
+    """The run keeps each recording for its figures, and a page may record often."""
+    tasks = Path("/proc/self/task")  # Python does not list FFmpeg's threads
     threads = len(list(tasks.iterdir())) if tasks.exists() else 0
     recording = Recording(tmp_path / "out.mp4")
     for live_picture in live([0, 40, 80]):
@@ -160,7 +160,7 @@ def frames_that_play(path):
 
 
 def recorded_with_room(path, most_bytes):
-    """What a recording prints whose files may have so many bytes."""
+    """What a recording prints when no file may exceed `most_bytes`."""
     folders = Path(__file__).parent, Path(media.__file__).parent
     return subprocess.run(
         [sys.executable, "-c", FULL_DISK, path, str(most_bytes), *folders],

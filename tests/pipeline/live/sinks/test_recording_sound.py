@@ -11,7 +11,7 @@ from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 
 ZERO = 55555.123
 FPS = 5
-EVERY_S = 10  # a flash and a clap
+EVERY_S = 10  # seconds between a flash with its clap and the next
 BLOCK = 4800
 
 
@@ -25,7 +25,7 @@ def pictures(seconds):
 
 
 def blocks(seconds, faster):
-    """What a sound card gives whose clock is too fast by a share, up to 20 ms late."""
+    """Blocks, up to 20 ms late, of a sound card whose clock is too fast by the share `faster`."""
     random, rate = np.random.default_rng(1), RATE * (1 + faster)
     loud = np.array([round(at * rate) for at in range(EVERY_S, seconds, EVERY_S)], int)
     wave = (0.8 * np.sin(np.arange(480) * 0.5)).astype(np.float32)
@@ -38,7 +38,7 @@ def blocks(seconds, faster):
 
 
 def off_ms(path, seconds, faster):
-    """Milliseconds from each flash to its clap, in a recording."""
+    """Milliseconds between each flash and its clap in a recording."""
     tap = SoundTap("card", 1)
     recording, coming = Recording(path, sound=tap), blocks(seconds, faster)
     block = next(coming)

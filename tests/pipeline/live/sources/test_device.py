@@ -131,7 +131,7 @@ def test_close_ends_the_wait_for_a_camera_that_is_gone(tmp_path, plug):
     plug(FakeDevice(mjpeg(tmp_path), unplugged, begin))
     camera = open_source(settings(), log)
     begin.set()
-    list(camera.frames())  # returns
+    list(camera.frames())  # must return
     assert lines == ["camera /dev/video0 is gone: waiting for it"]
 
 
@@ -170,7 +170,7 @@ def test_damaged_jpegs_are_counted_and_skipped(tmp_path, plug):
     frames = camera.frames()
     begin.set()
     assert ended.wait(20)
-    assert camera.damaged == 3 and camera.dropped == 4  # of five, only the newest waits
+    assert camera.damaged == 3 and camera.dropped == 4  # of five good frames, only the newest waits
     frame = next(frames)
     assert (frame.pix_fmt, frame.tags.range) == ("yuv420p", 2)
     stay.set()

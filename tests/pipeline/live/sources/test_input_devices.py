@@ -1,4 +1,4 @@
-"""What FFmpeg lists of cameras and microphones."""
+"""Cameras and microphones, read from FFmpeg's lists."""
 
 from types import SimpleNamespace
 

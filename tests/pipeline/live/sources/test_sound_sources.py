@@ -1,4 +1,4 @@
-"""The sound of a file that plays as the camera, and that of a microphone."""
+"""Sources of sound: a file that plays as the camera, and a microphone."""
 
 import subprocess
 import sys
@@ -149,7 +149,7 @@ def test_microphones_are_those_that_the_kernel_lists(tmp_path, monkeypatch):
 
 
 def test_a_microphone_without_sound_yet_is_not_gone(monkeypatch):
-    """As macOS says while no sound waits."""
+    """macOS raises this error while no sound waits."""
     times = []
 
     class Quiet:

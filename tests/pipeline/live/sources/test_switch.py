@@ -22,7 +22,7 @@ def clips(tmp_path):
 
 
 def frames_of(switch, wanted, on_frame=lambda count: None):
-    """Widths of frames until one has the wanted width, or the source ends."""
+    """The widths of all frames up to the first of the wanted width, or the end of the source."""
     widths, times = [], []
     for frame in switch.frames():
         widths.append(frame.width_px)
@@ -44,7 +44,7 @@ def test_frames_of_another_camera_follow_with_later_times(clips):
     widths = frames_of(switch, 96, on_frame)
     assert widths[:3] == [64, 64, 64] and widths[-1] == 96
     assert switch.choices()["name"] == clips["b"]
-    assert clips["a"] in switch.choices()["names"]  # the way back
+    assert clips["a"] in switch.choices()["names"]  # one can switch back
     assert switch.choices()["size"] is None
 
 
@@ -117,7 +117,7 @@ def test_a_camera_that_is_gone_for_a_while_comes_back(clips, tmp_path, monkeypat
 
 
 def test_a_choice_that_waits_for_another_counts_as_a_change(monkeypatch):
-    """Otherwise `frames` would take the camera that it closes for one that has ended."""
+    """Otherwise `frames` would think that the camera which the choice closes had ended."""
     changing, waits, threads, lock = {}, threading.Event(), {}, threading.Lock()
 
     class Opening:

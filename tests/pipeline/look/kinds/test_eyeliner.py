@@ -1,4 +1,4 @@
-"""How eyeliner ends, and how its wing leaves it."""
+"""How a line of eyeliner ends, and how its wing leaves the line."""
 
 from copy import copy
 
@@ -50,7 +50,7 @@ def test_wings_of_thin_lines_are_thin_as_well():
     heights = []
     for thickness in (0.03, 0.06, 0.12):
         _, wing = strokes(thickness=thickness, wing=0.4, wing_angle=45)[:2]
-        across = np.minimum(wing.above, wing.below)  # half of it, where it lies
+        across = np.minimum(wing.above, wing.below)  # at most half of its thickness
         heights.append(across.max())
     assert heights[0] < 0.7 * heights[2] and heights[0] < heights[1] < heights[2]
 

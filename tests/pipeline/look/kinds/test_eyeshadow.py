@@ -42,7 +42,7 @@ def test_any_borders_give_a_density(inner, outer, low):
 
 @pytest.mark.parametrize("softness", [0.2, 0.5, 0.8])
 def test_the_outer_end_leans_inwards_and_softens(softness):
-    """Or the end would be an upright edge on a lid that is half shut or turned away."""
+    """Otherwise the end would be an upright edge on a lid that is half shut or turned away."""
     found = density(ABOVE, high=2.0, softness=softness)
     ends, slopes = [], []
     for row in found[:100:20, np.abs(ACROSS - 0.5).argmin() :]:

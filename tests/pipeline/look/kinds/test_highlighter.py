@@ -15,7 +15,7 @@ FIELDS = FaceFields(
     ALONG[None, None, :], np.linspace(-0.5, 1, 151, dtype=np.float32)[None, :, None]
 )
 OFF = {"cheekbone": 0, "nose": 0, "bow": 0}
-# Where each lies on the mean face: across and down, in distances of the outer eye corners.
+# Places on the mean face: across and down, as shares of the distance of the outer eye corners.
 PLACES = {"cheekbone": (0.62, 0.12), "nose": (0.0, 0.25), "bow": (0.0, 0.615)}
 
 

@@ -1,4 +1,4 @@
-"""What a kind says of its products."""
+"""How much of the highlights of bare skin the products of a kind keep."""
 
 import pytest
 from hypothesis import given

@@ -41,8 +41,8 @@ def on_grid(region, field, points_px):
 
 
 def skin_of(region, hw=HW):
-    """Return how much is covered where all is painted above and below the eye, (h, w); 1 beyond
-    the grid, and of the face."""
+    """Return the coverage (h, w) where all is painted above and below the eye; 1 beyond the grid
+    and beyond the face."""
     on_face = np.ones(region.up.shape, np.float32) if region.on_face is None else region.on_face
     bare = (region.grid.warped(on_face, (0, 0), hw, 0.0) >= 1).astype(np.float32)
     for side in region.sides():
@@ -130,7 +130,7 @@ def test_beyond_the_corners_all_is_skin_but_a_line():
 
 
 def test_lash_lines_cross_at_the_outer_corner():
-    """They go on in their directions: nothing beyond lies between them, as the eyeball does."""
+    """Both go on in their directions, so beyond the corner nothing lies between them."""
     for region, *_ in surfaces():
         for column in np.flatnonzero(OUTWARDS > 0.52):
             below_at_lashes = np.interp(0, -region.lash_px[:, column], region.below_px[:, column])
@@ -156,7 +156,7 @@ def test_a_scaled_surface_has_scaled_distances():
 @settings(max_examples=20, deadline=None)
 @given(st.floats(0.45, 1.0), st.floats(1.0, 1.3), st.sampled_from([OPEN, SHUT]))
 def test_shadow_up_to_the_brow_ends_within_the_grid(narrow, high, number):
-    """Of an eye that is turned away, too, and below a brow that is raised."""
+    """Even on an eye that is turned away, and below a raised brow."""
     points = close_up(number)[1][:, :2] * (narrow, high)
     for lid in lid_surfaces(true_face(points)):
         at, shape = lid.fields(), KIND.whole_shape({"slot": "full", "high": 2.0})

@@ -110,7 +110,7 @@ def test_slots_turn_with_the_face_and_stay_within_reach(degrees, scale, softness
             y, x = np.nonzero(out)
             assert (x + origin[0] >= low[0] - 1.5).all() and (x + origin[0] <= high[0] + 1.5).all()
             assert (y + origin[1] >= low[1] - 1.5).all() and (y + origin[1] <= high[1] + 1.5).all()
-            # nothing at the grid's own border, or the slot would be cut off there
+            # nothing lies at the grid's own border; otherwise the slot would be cut off there
             on_skin = density * ((side.lash_px if side.is_upper else side.below_px) > 0)
             border = np.concatenate([on_skin[0], on_skin[-1], on_skin[:, 0], on_skin[:, -1]])
             assert border.max() < 0.02

@@ -20,7 +20,7 @@ SQUARE = np.array(((0, 0), (1, 0), (1, 1), (0, 1)), np.float32)
 
 
 def inside(points, more_px=0):
-    """(H, W) bool: px within the outline, or so much further out."""
+    """(H, W) bool: px within the outline, or up to `more_px` outside."""
     mask = np.zeros(HW, np.uint8)
     cv2.fillConvexPoly(
         mask, np.rint(cv2.convexHull(points[OUTLINE, :2].astype(np.float32))).astype(np.int32), 1

@@ -32,7 +32,7 @@ def scene_at(pts, points_px=None, rgb8=None, track_id=0, cut=False):
 
 
 def read(scenes):
-    """The light of each scene, read one after another; the same array where it was used again."""
+    """The light of each scene, read one after another; light used again is the same array."""
     reader = Reader(device())
     return [FACE.lit(scene, scene.faces[0], reader)[0] for scene in scenes]
 

@@ -119,7 +119,7 @@ def test_what_the_mask_leaves_out_is_not_painted():
 
 
 def odds_where_the_net_is_unsure(points):
-    """Log-odds and the patch's contours of both borders, of a net that says 0.5 everywhere."""
+    """(log-odds, inside of the outer border, that border in patch px) of a net that says 0.5."""
     face = heads.face(points, logits=np.zeros((80, 112), np.float32))
     to_patch = cv2.invertAffineTransform(face.lips.to_px)
     outer = points[LIPS_OUTER] @ to_patch[:, :2].T + to_patch[:, 2]

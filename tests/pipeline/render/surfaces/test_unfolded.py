@@ -58,7 +58,7 @@ def test_no_density_is_higher_or_lower_than_before(seed, count, step):
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 9999), COUNTS, st.integers(0, STEPS - 1))
 def test_a_step_more_is_hardly_seen(seed, count, step):
-    chart = unfolded(any_chart(seed, count), STEPS // 2)  # as soft as a map that was read
+    chart = unfolded(any_chart(seed, count), STEPS // 2)  # as soft as a map read from a photo
     assert np.abs(unfolded(chart, step + 1) - unfolded(chart, step)).max() < 0.06
 
 
