@@ -37,7 +37,7 @@ _COPY_BYTES = 64 * 1024  # size of the copy that measures the speed of memory
 def floor_of(clip: Path, folder: Path, painted_px: int) -> dict[str, float]:
     """CPU ms a frame of all the work that must be done, and the counts behind these times.
 
-    decode_ms, encode_ms: the codec with a thread for each.  least_ms: the least time for the rest.
+    decode_ms, encode_ms: of the codec, with one thread each.  least_ms: the least time of the rest.
     """
     decode_ms = min(_decode_ms(clip) for _ in range(_CODEC_PASSES))
     both_ms = min(

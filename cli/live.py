@@ -71,7 +71,7 @@ def live(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="mjpeg or yuyv422, asked of the camera; default: mjpeg if the camera has it.",
+            help="mjpeg or yuyv422, asked of the camera; default: mjpeg if offered; on macOS the camera chooses.",
             rich_help_panel=CAMERA,
         ),
     ] = None,

@@ -38,8 +38,8 @@ from makeup_video.pipeline.look.strict_json import object_without_repeats, whole
 from makeup_video.web.session import PHOTO_BYTES, PhotoLook, Session
 
 _LARGEST = 2**63
-# How the page draws a product, by the region that it is worn on. The page draws all other products
-# as a powder, and lines as a line.
+# How the page draws a product, by the region that it is worn on; in other regions as a powder.
+# Lines are drawn as a line in every region.
 _SWATCHES = {"lips": "stroke", "face": "flush"}
 
 

@@ -68,7 +68,10 @@ class FanOut:
         self._join()
 
     def cancel(self) -> None:
-        """End the threads. A sink that is not finishing yet never does. Harmless after `finish`."""
+        """End the threads. Sinks of a group that is not finishing yet never finish.
+
+        Harmless after `finish`.
+        """
         for channel in self._channels:
             channel.cancel()
         self._join()

@@ -56,7 +56,7 @@ RETURN_REACH = 1.5  # how far off a lost face may reappear: see `distance`
 # the same; outside the second, it is another face.
 _KEPT_SIZE, _OTHER_SIZE = (0.87, 1.15), (0.5, 2)
 _SPEED_SHARE = 0.5  # weight of the newest speed in a track's speed
-# While no face is followed, the picture is searched upright every second time.
+# While no face is followed, every second round of the input sizes searches the picture upright.
 _SEARCHED_DEGREES = tuple(degrees for tilt in TILTS_DEGREES for degrees in (0, tilt))
 
 
@@ -111,7 +111,7 @@ class FindFaces:
     level: a QualityLevel, which may be set between two frames. From FEWER_DETECTIONS on the
     detector runs less often. From SIMPLER_TRACKING on the nets read each face in every second
     frame; in between, the face moves by its measured motion, where that is reliable.
-    tiny_faces: how many faces were left out as too small; each search counts anew.
+    tiny_faces: how often a face was left out as too small; the same face counts in every search.
     frames_with_face: how many frames had a face. faces: how many tracks there were.
     """
 

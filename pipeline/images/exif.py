@@ -61,7 +61,7 @@ def without_thumbnail(block: bytes) -> bytes:
         if second == base:
             return block
         entries = range(second + 2, second + 2 + 12 * number(second, 2), 12)
-        # Only entries with a single SHORT or LONG hold their value; others may hold its offset.
+        # Only a single SHORT or LONG is read: other entries may hold an offset, not the value.
         values = {
             number(at, 2): number(at + 8, _SIZES[number(at + 2, 2)])
             for at in entries

@@ -74,7 +74,7 @@ class LiveRunner:
         """Block until the run is over, and call `on_tick` every `tick_seconds` meanwhile.
 
         After an interrupt `run` may be called again to continue the same run.
-        Raises the first error of camera or work, or the last sink's error when all sinks failed.
+        Raises the first error of camera or work, or of the sink whose failure leaves no sink.
         Raises StoppedError after Ctrl-C or `stop`, once every sink has finished.
         """
         try:

@@ -2,7 +2,8 @@
 
 FFmpeg's muxer takes the shape of non-square pixels from a field that PyAV 18 cannot set, so without
 this an anamorphic clip comes out squeezed. The muxer leaves a gap (a Void element) after its seek
-table. Info and Tracks grow into this gap, so nothing after them has to move.
+table. Info and Tracks move into this gap by as many bytes as Tracks grows, so nothing after them
+has to move.
 Element ids and layout: RFC 8794 (EBML) and RFC 9559 (Matroska).
 """
 

@@ -17,7 +17,7 @@ class TrackLength:
         self._end: int | None = None  # of the picture shown last; all in ticks of the packets
 
     def __call__(self, packet: Any) -> list[Any]:
-        """Take a packet and return the one decoded before it, if any."""
+        """Take a packet; return the one before it, or this one if it has no decoding time."""
         if packet.dts is None:  # FFmpeg's muxer finds the decoding times
             return [packet]
         end = packet.pts + packet.duration

@@ -54,7 +54,7 @@ class OtherStreams:
         return self._routes.get(index)
 
     def add(self, stream: Any) -> Any | None:
-        """Add a stream of the source and return the output's; None when the output gets none."""
+        """Add a stream of the source and return the output's; None when its packets get none."""
         if is_implied(stream, self._source):
             return None
         if is_cover(stream) and self._format == "matroska":

@@ -17,7 +17,7 @@ _LOGARITHMIC = {"pcm_alaw": 0xD5, "pcm_mulaw": 0xFF}  # silence in a byte (ITU-T
 
 
 class FillPcmGaps:
-    """Yields each packet, after silence for any gap since the end of the packet before.
+    """Yields each packet, after silence where it begins more than 1/20 s after all written before.
 
     stream: the source's stream; see `has_pcm`.
     """

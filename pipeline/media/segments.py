@@ -30,7 +30,7 @@ class Segment:
     first: time of the first frame.  end: of the first frame after it, None at the end of the video.
     run_up: time from which frames are decoded; None: from the beginning of the video.
     shift: subtracted from every time, so that the video begins at 0, or not before it.
-    is_last: no segment follows, so no frame after `end` is read.
+    is_last: no segment follows, so the stages get no frame after `end`.
     """
 
     first: int

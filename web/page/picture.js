@@ -89,7 +89,7 @@ export class Picture {
   }
 
   #leaveOut({ pts, images }) {
-    // only after the newest picture is on the screen: a hidden page would be sent every picture
+    // not before the newest is on the screen: else a hidden page would be sent every picture
     this.#onScreen.then(() => this.#acknowledge(pts));
     images?.then((made) => made.forEach((image) => image?.close()));
   }

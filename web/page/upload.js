@@ -28,7 +28,7 @@ const WHOLE = {
   "text/csv": SHADES,
   "application/vnd.ms-excel": SHADES, // CSV on Windows
 };
-// longer than the server's 60 s for the upload and its reading; a lost peer may never answer
+// enough for the server's 60 s for an upload, and for reading it; a lost peer may never answer
 const PATIENCE_MS = 150_000;
 const PHOTOS = "image/*,.heic,.heif,.avif"; // not every browser knows these as pictures
 const NO_FACE = "No face was chosen: the look stays as it is.";
