@@ -71,7 +71,7 @@ def live(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="mjpeg or yuyv422, asked of the camera; default: mjpeg if offered; on macOS the camera chooses.",
+            help="mjpeg or yuyv422, asked of the camera; default: mjpeg if offered, not on macOS.",
             rich_help_panel=CAMERA,
         ),
     ] = None,

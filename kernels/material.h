@@ -75,7 +75,7 @@ MATERIAL_INLINE material_surface material_at(
     return s;
 }
 
-/* What is added to `base`: nearly `more` while there is room; the sum stays below the ceiling. */
+/* What is added to `base`: nearly `more` while there is room, next to nothing at the ceiling. */
 MATERIAL_INLINE float material_more(float base, float more, float ceiling) {
     float room = colour_positive(ceiling - base) + MATERIAL_LEAST_ROOM;
     return room * more / (room + more);

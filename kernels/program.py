@@ -151,7 +151,7 @@ class Device:
             if Device.on_compile is not None and not file.exists():
                 Device.on_compile()
             program = self._compiled(source, options)
-            # Saving all programs takes as long as building them the first time, so one is enough.
+            # Saving all programs takes as long as building them at first: a process saves only one.
             if not Device._has_saved or not file.exists():
                 Device._has_saved |= save_binary(program, file)
         return program

@@ -203,7 +203,7 @@ class Look:
         return tuple(layer for layer in self.layers if layer.kind == kind)
 
     def with_kind(self, kind: str, layers: Iterable[Layer]) -> Self:
-        """The same look with other layers of one kind; no layers take the kind off.
+        """The same look with other layers of one kind; an empty `layers` takes the kind off.
 
         Raises LookError for a word that is no kind, or a layer of another kind.
         """

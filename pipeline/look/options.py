@@ -27,7 +27,7 @@ _NOTHING = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """The options of the command that make a look, as they were typed; None: no such option.
+    """The options of the command that make a look, as they were typed; None: not given.
 
     base: the look of --look, empty for `none`, or the one read from --ref.
     worn: what the parts wear, by part: COLOUR[:WORD...], or `none`.

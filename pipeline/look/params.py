@@ -188,7 +188,7 @@ def _range_text(low: float, high: float) -> str:
 
 
 def _as_json(value: Any) -> str:
-    """JSON that keeps letters such as umlauts, and escapes only characters that do not print."""
+    """JSON that keeps letters such as umlauts, and also escapes characters that do not print."""
     text = json.dumps(value, default=repr, ensure_ascii=False)
     return "".join(one if one.isprintable() else json.dumps(one)[1:-1] for one in text)
 

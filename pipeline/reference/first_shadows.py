@@ -1,6 +1,6 @@
 """Finds the colours of eyeshadow with which the fit begins, in four usual places.
 
-Which four products, painted on the mean bare face, would look most like the photo? Their colours
+Which four products, painted on a usual bare face, would look most like the photo? Their colours
 follow by least squares, because films mix linearly in roots of light (product_film.py).
 """
 

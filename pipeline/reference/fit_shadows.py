@@ -27,7 +27,8 @@ from makeup_video.pipeline.reference.shadow_cells import (
 from makeup_video.pipeline.reference.spread_shadows import Spread, spread
 from makeup_video.pipeline.reference.typical_skin import TypicalSkin
 
-# Where a number below has two limits, an effect begins at the first and is complete at the second.
+# Where a number below has two limits, an effect begins at the first and is complete at the second,
+# unless its own comment says otherwise.
 _EVENED = 0.8  # how much of the light beyond that of bare eyes counts as light, not as makeup
 _VIVID = 0.4  # a colour as light as bare eyes is painted this much more vivid than it is seen
 # The probability of eyeshadow between whose limits _VIVID takes effect for warm colours: many bare
@@ -45,7 +46,7 @@ _CALMER = 0.25  # how much less vivid soft reds and browns become beside pale sk
 _LESS_YELLOW = 0.3  # soft colours lose this share of their yellow beyond skin: browns were orange
 _OWN_HUE = 1.0  # share of the photo's skin hue, as of TypicalSkin: brown stays brown on pale skin
 # Below the eye nothing is redder or yellower than this percentile of the lid, which counts up to
-# the height below.
+# the height _LID_TO.
 _WARMEST_PERCENTILE = 75
 _LID_TO = 1.4
 # Red below the eye stays if this percentile of its a* exceeds that bound by so much. Of bare faces
@@ -90,7 +91,7 @@ _MATTE = 0.25
 _LIGHT_INSIDE = 0.36, 0.42
 _INSIDE, _LID = 0.35, (0.3, 1.0)  # the place: distance from the inner corner, and heights
 # Colours like brow hair, which fade out above the crease.
-_HAIR_DARK = 0.125, 0.25  # shares of skin's luminance: wholly as dark as hair, and hardly
+_HAIR_DARK = 0.125, 0.25  # shares of skin's luminance: wholly as dark as hair, and not at all
 _HAIR_COLD = -15.0  # b* of the bluest of these colours
 _HAIR_GREEN = -10.0  # a* of the greenest
 _HAIR_VIVID = 35.0  # chroma of the most vivid

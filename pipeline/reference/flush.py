@@ -24,7 +24,7 @@ _SHAPES: tuple[dict[str, float], ...] = tuple(
 _ACROSS, _DOWN, _KNOWN = (0.14, 0.88), (0.02, 0.8), 0.3
 _LEAST_NODES, _LEAST_WEIGHT = 100, 0.05
 _UNLIKE_SKIN = 0.5  # weight of a node that is visible but unlike skin
-# Attributes of Cheeks on which `density` depends: two for the places, one for the shape.
+# Attributes of Cheeks that `density` reads: two for the places; of `skin` only the array's shape.
 _PLACES = ("across", "down", "skin")
 _MIDDLE = 0.5, 0.4  # across, down: the place from which changes of light are counted
 # How much light may change over the cheeks, as standard deviations of the logarithms of _tint, in

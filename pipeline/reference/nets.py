@@ -28,7 +28,7 @@ def _loaded(name: str) -> Net:
 
 @contextmanager
 def loading(names: Iterable[str]) -> Generator[None, None, None]:
-    """Load nets in a thread during the block, which decodes a photo and takes about as long."""
+    """Load nets in a thread during the block: decoding and finding the face take as long."""
     thread = threading.Thread(target=_load, args=(names,), name="makeup-reference", daemon=True)
     thread.start()
     try:

@@ -16,7 +16,7 @@ _SWEEPS = 12
 class ProductFilm:
     """Places on bare faces, and how a product of opacity 1 shows there.
 
-    bare: (..., 3) roots, the median of bare faces.
+    bare: (..., 3) roots of usual bare faces, as training/worn/bare_skin.py measures them.
     cover: (...) how much of the skin the product hides.
     response: (...) how much of the product's own root it adds: less than `cover` where less light
     falls.

@@ -29,8 +29,8 @@ from makeup_video.pipeline.render.surfaces.region import SeenFace
 # changes in a passing shadow, so the shadow is seen on the product at once, as on the skin.
 _SETTLE_SECONDS = 0.5
 _FORGET_SECONDS = 1.0  # a region unseen for longer starts with a new mean
-# Points that enclose all places that the kernel reads light for: the lips' borders, the eyes'
-# corners and the folds above them.
+# Points around all places whose light counts: the lips' borders, the eyes' corners and the folds
+# above them. `light_planes` adds a margin.
 _LIT = np.concatenate(
     [
         LIP_RINGS[::4, ::2].ravel(),

@@ -216,7 +216,7 @@ def _common(
     glints = [part * max(m.glint) for part, m in zip(seen, materials, strict=True)]
     mirrors = [part * m.reflection for part, m in zip(seen, materials, strict=True)]
     sparkling = [part * m.shimmer * max(m.sparkle) for part, m in zip(seen, materials, strict=True)]
-    # Divided by `shining`, a sum over layers is their mean, weighted by how each of them shines
+    # The map of shine multiplies these strengths, so they are divided by the sum of the map
     shining = max(sum(p * s for p, s in zip(seen, shines, strict=True)), NONE)
     most = materials[max(range(len(materials)), key=sparkling.__getitem__)]
     full = most.shimmer * max(most.sparkle)

@@ -47,7 +47,7 @@ SKIN_COVARIANCE = np.array([
     [0.3841, 0.5707, 0.7271],
     [0.4720, 0.7271, 0.9933],
 ])  # fmt: skip
-# The median of bare skin in photos of makeup, in neutral light: linear R, G, B.
+# The median of plain skin in photos of makeup, in neutral light: linear R, G, B.
 TYPICAL_SKIN = 0.753, 0.48, 0.374
 _LOG_TYPICAL = np.log(TYPICAL_SKIN)
 _USUAL_SKIN = float(np.log(to_xyz(1)[1] @ np.exp(SKIN_MEAN)))

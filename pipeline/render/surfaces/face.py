@@ -44,7 +44,7 @@ from makeup_video.pipeline.render.light_planes import light_planes
 from makeup_video.pipeline.render.surfaces.face_points import fit_points, fit_tables
 from makeup_video.pipeline.render.surfaces.surface import Charts, Edge, Laid
 
-_NARROWEST_PX = 8  # least distance of the outer eye corners (IOD) in the picture
+_NARROWEST_PX = 8  # least distance of the outer eye corners as seen in the picture
 EIGHTH_BITS = 3  # OpenCV takes corners of polygons in eighths of a px
 
 # Closed contours of the parts of a face that are no bare skin.
@@ -71,7 +71,7 @@ _ACROSS, _DOWN = (np.arange(low, high, 1 / _CHART_PX, dtype=np.float32) for low,
 _CHART = FaceFields(_ACROSS[None, None], _DOWN[None, :, None])
 
 _ACROSS_AND_DOWN = np.array((1, 1, 0), np.float32)
-_HIDDEN_BELOW = 0.15  # `down` below which skin is not sampled when the mouth is hidden
+_HIDDEN_BELOW = 0.15  # when the mouth is hidden, skin is sampled where `down` is less than this
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -291,8 +291,8 @@ def drawn(on_grid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sampled_down(face: Face) -> float:
-    """The `down` above which the skin is sampled: where a hand or a mask hides the mouth, the
-    cheeks give no samples."""
+    """The skin is sampled where `down` is less than this: where a hand or a mask hides the mouth,
+    the cheeks give no samples."""
     return _HIDDEN_BELOW + (LOWEST[0] - _HIDDEN_BELOW) * face.mouth_weight
 
 

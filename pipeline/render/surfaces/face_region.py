@@ -67,7 +67,7 @@ class KeptFace:
 
 
 class FaceRegion:
-    """The whole face. It keeps no mean light: the light on skin is already followed over time."""
+    """The whole face. Its mean light is not smoothed here: the skin's light is followed already."""
 
     def lit(self, item: FrameScene, scene: FaceScene, reader: Reader) -> tuple[Lit, ...]:
         face, frame = scene.face, item.frame

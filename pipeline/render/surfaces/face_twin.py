@@ -36,7 +36,8 @@ from makeup_video.pipeline.render.surfaces.face import (
 )
 from makeup_video.pipeline.render.surfaces.face_fit_twin import fit, monomials
 
-_SECOND = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)[::2, ::2].ravel()  # every other node
+# Every second node of every second row.
+_SECOND = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)[::2, ::2].ravel()
 
 
 def face_surface_twin(
