@@ -139,7 +139,7 @@ def sample_look(look: str | None, ref: str | None) -> "tuple[Look, Path | None]"
     By default this is the look of our sample photo. If that photo is missing, it is a look of lips
     and eyes with every effect. Raises LookError, InputError, PhotoError.
     """
-    from makeup_video.pipeline import estimate_photo
+    from makeup_video.pipeline.engine.machine import FIND_FACES, check_memory
     from makeup_video.pipeline.look.ready import load_look
 
     if look is not None:
@@ -149,7 +149,10 @@ def sample_look(look: str | None, ref: str | None) -> "tuple[Look, Path | None]"
         from makeup_video.benchmark.renderer import full_look
 
         return full_look(), None
-    return estimate_photo(photo).look, photo
+    check_memory(FIND_FACES)  # with less memory, the libraries of the nets crash as they load
+    from makeup_video.pipeline.reference.estimate import estimate_from
+
+    return estimate_from(photo).look, photo
 
 
 def run_suite(

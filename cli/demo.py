@@ -62,13 +62,17 @@ def _portrait(path: str | None) -> "Portrait":
 
 def _first_look(ref: str | None, look: str | None) -> "Look":
     from makeup_video.cli.look_options import check_sources
-    from makeup_video.pipeline import KINDS, Look, estimate_photo, product
+    from makeup_video.pipeline import KINDS, Look, product
+    from makeup_video.pipeline.engine.machine import FIND_FACES, check_memory
     from makeup_video.pipeline.look.ready import load_look
     from makeup_video.web.read_look import check_worn
 
     check_sources(look, ref)
     if ref is not None:
-        return check_worn(estimate_photo(ref).look, ref)
+        check_memory(FIND_FACES)  # with less memory, the libraries of the nets crash as they load
+        from makeup_video.pipeline.reference.estimate import estimate_from
+
+        return check_worn(estimate_from(ref).look, ref)
     if look is not None:
         return load_look(look)
     return Look(lips=product(KINDS["lipstick"].first_rgb, "satin"))

@@ -66,7 +66,7 @@ def estimate(
     from makeup_video.pipeline.files.sidecar import LookFile
     from makeup_video.pipeline.look.catalogue import read_catalogue
     from makeup_video.pipeline.look.kinds import KINDS, PARTS
-    from makeup_video.pipeline.reference.estimate import estimate_photo
+    from makeup_video.pipeline.reference.estimate import estimate_from
 
     with report_errors("estimate", [output] if output else (), debug):
         shades = None if catalogue is None else read_catalogue(catalogue)
@@ -77,7 +77,7 @@ def estimate(
                 file = stack.enter_context(
                     LookFile(output, photo, None, *others, overwrite=overwrite, wanted="photo")
                 )
-            read = estimate_photo(photo, ref_face)
+            read = estimate_from(photo, ref_face)
             look = read.look
             if file is not None:
                 file.write(look.to_dict())

@@ -237,11 +237,11 @@ def look_of_photo(photo: str, face: str, may_be_bare: bool, quiet: bool) -> "Loo
     """
     from makeup_video.pipeline import PhotoError
     from makeup_video.pipeline.engine.machine import seek_garbage
-    from makeup_video.pipeline.reference.estimate import estimate_photo
+    from makeup_video.pipeline.reference.estimate import estimate_from
 
     seek_garbage()
     check_photo(photo)
-    read = estimate_photo(photo, face)
+    read = estimate_from(photo, face)
     if read.look.is_bare and not may_be_bare:
         raise PhotoError(
             f"{photo}: no makeup was found to paint: add --color '#B4002E', or give another photo"

@@ -25,7 +25,7 @@ def read_look(photo: bytes, name: str, face: str = "") -> PhotoLook | SeveralFac
     from makeup_video.pipeline.engine.machine import FIND_FACES, check_memory
 
     check_memory(FIND_FACES)  # with less memory, the libraries of the nets crash while they load
-    from makeup_video.pipeline.reference.estimate import estimate_photo
+    from makeup_video.pipeline.reference.estimate import estimate_from
 
     decoded: list[np.ndarray] = []
 
@@ -34,7 +34,7 @@ def read_look(photo: bytes, name: str, face: str = "") -> PhotoLook | SeveralFac
         return decoded[0]
 
     try:
-        read_makeup = estimate_photo(photo, face, name=name, read=read)
+        read_makeup = estimate_from(photo, face, name=name, read=read)
     except SeveralFacesError as error:
         return _choice(decoded[0], error)
     check_worn(read_makeup.look, name)

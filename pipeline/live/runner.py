@@ -218,8 +218,7 @@ class LiveRunner:
             outlet.error, outlet.is_over = error, True
             outlet.channel.cancel()  # free the pictures that wait
             # an output that ended well takes no more pictures, but keeps what it got
-            is_last = all(each.is_over for each in self.outlets) and not finishes
-            if is_last or all(each.error is not None for each in self.outlets):
+            if all(each.error or (each.is_over and not finishes) for each in self.outlets):
                 self._fail(error)  # `run` raises the error, so it is not logged here
             else:
                 rest = "; the rest goes on" if self._takes_sinks else ""

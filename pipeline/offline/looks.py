@@ -26,7 +26,7 @@ from makeup_video.pipeline.media.input_file import VideoSource, open_video
 from makeup_video.pipeline.offline.encoding import choose_encoding
 from makeup_video.pipeline.offline.report import Outcome, Report, RunClock
 from makeup_video.pipeline.offline.run import check_picture_settings
-from makeup_video.pipeline.offline.settings import Settings, check_progress
+from makeup_video.pipeline.offline.settings import Settings, check_progress, is_number
 
 # (outputs that are being written, frames done, frames expected or None, frames/s of the source)
 LooksProgress = Callable[[Sequence[Path], int, int | None, Fraction], None]
@@ -69,7 +69,7 @@ def process_looks(
         check_path("an output of looks", output)
         check_look(look)
     check_progress(on_progress)
-    if isinstance(memory_share, str) or not hasattr(memory_share, "__float__"):
+    if not is_number(memory_share):
         raise TypeError(f"memory_share must be a number, got {memory_share!r}")
     if not 0 < memory_share <= 1:
         raise UsageError(f"memory_share must be more than 0 and at most 1, got {memory_share}")

@@ -15,7 +15,7 @@ from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.frames.rgb_frame import RgbFrame
 from makeup_video.pipeline.frames.views import check_paintable
 from makeup_video.pipeline.look.look import Look, check_look
-from makeup_video.pipeline.offline.settings import check_whom, choice
+from makeup_video.pipeline.offline.settings import check_whom, choice, is_number
 from makeup_video.pipeline.render.apply_look import PaintPictures
 from makeup_video.pipeline.render.build_scene import BuildScene
 from makeup_video.pipeline.render.composite import Composite
@@ -145,7 +145,7 @@ def paint_frames(
     whom = choice("faces", faces)
     check_whom(whom)
     _check_several(frames, "frames")
-    if isinstance(fps, str) or not hasattr(fps, "__float__"):
+    if not is_number(fps):
         raise TypeError(f"fps must be a number, got {fps!r}")
     if not (math.isfinite(fps) and fps > 0):
         raise ValueError(f"fps must be more than 0, got {fps}")
@@ -185,7 +185,7 @@ def check_frame(rgb8: np.ndarray, seconds: SupportsFloat) -> float:
     TypeError for a time that is not a number.
     """
     check_paintable(rgb8)
-    if isinstance(seconds, str) or not hasattr(seconds, "__float__"):
+    if not is_number(seconds):
         raise TypeError(f"the time of a frame must be a number of seconds, got {seconds!r}")
     exact = float(seconds)
     if not abs(exact) <= _MOST_SECONDS:
@@ -211,7 +211,7 @@ def _timed(
         try:
             seconds = check_frame(rgb8, seconds)
         except (TypeError, ValueError) as error:
-            raise type(error)(f"frame {number}: {error}") from None
+            _refuse(number, str(error), type(error))
         if seconds <= last:
             _refuse(number, f"its time must be later than {last:g} s, got {seconds:g} s")
         if size and rgb8.shape != size:
@@ -220,8 +220,8 @@ def _timed(
         yield rgb8, seconds
 
 
-def _refuse(number: int, reason: str) -> NoReturn:
-    raise ValueError(f"frame {number}: {reason}")
+def _refuse(number: int, reason: str, kind: type[Exception] = ValueError) -> NoReturn:
+    raise kind(f"frame {number}: {reason}") from None
 
 
 def _painted(

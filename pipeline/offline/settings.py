@@ -213,6 +213,11 @@ def _exact(value: object, name: str) -> Fraction | None:
     return exact
 
 
+def is_number(value: object) -> bool:
+    """True for any type of number, of numpy too, but not for text."""
+    return hasattr(value, "__float__") and not isinstance(value, str)
+
+
 def check_progress(on_progress: object) -> None:
     """Raises TypeError unless on_progress is a function or None."""
     if not (on_progress is None or callable(on_progress)):

@@ -9,7 +9,8 @@ is divided out, as in its training (crops.py). Two small nets read the form of e
 """
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -114,12 +115,8 @@ def estimate_look(rgb8: np.ndarray, face: Face | None = None) -> Look:
     overexposed lips. Raises ValueError for another shape or dtype, TypeError for a `face` that is
     no Face, InstallError when the nets are missing.
     """
-    try:
+    with _choice_by("give one of find_faces(rgb8) as `face`"):
         return estimate(rgb8, face).look
-    except SeveralFacesError as error:
-        there = face_list(error.faces)
-        error.extend(after=f", or give one of find_faces(rgb8) as `face`; there are {there}")
-        raise
 
 
 def estimate(rgb8: np.ndarray, face: Face | None = None) -> Estimate:
@@ -146,6 +143,14 @@ def look_from_photo(
     photo: str | os.PathLike[str] | bytes,
     face: int | str | None = None,
 ) -> Look:
+    """As `estimate_photo`, the look alone."""
+    return estimate_photo(photo, face).look
+
+
+def estimate_photo(
+    photo: str | os.PathLike[str] | bytes,
+    face: int | str | None = None,
+) -> Estimate:
     """The makeup worn in a photo file, or in a file's content as bytes; see `read_photo`.
 
     face: None or "" for the only face, "largest", or the number of a face, 0 being the largest.
@@ -155,22 +160,28 @@ def look_from_photo(
     if not isinstance(photo, bytes):
         how = "estimate_look reads an array" if isinstance(photo, np.ndarray) else GIVE_NAME
         check_path("photo", photo, how)
+    with _choice_by('give face="largest" or the number of a face'):
+        return estimate_from(photo, face)
+
+
+@contextmanager
+def _choice_by(how: str) -> Iterator[None]:
+    """Add to an error about several faces how Python chooses one of them."""
     try:
-        return estimate_photo(photo, face).look
+        yield
     except SeveralFacesError as error:
-        there = face_list(error.faces)
-        error.extend(after=f', or give face="largest" or the number of a face; there are {there}')
+        error.extend(after=f", or {how}; there are {face_list(error.faces)}")
         raise
 
 
-def estimate_photo(
+def estimate_from(
     photo: str | os.PathLike[str] | bytes,
     face: int | str | None = None,
     *,
     name: str = "the photo",
     read: Callable[[bytes, str], np.ndarray] | None = None,
 ) -> Estimate:
-    """As `look_from_photo`, with the probability of each kind of makeup.
+    """As `estimate_photo`, for commands and pages, which let people choose a face in other words.
 
     name: the name in messages for a photo that comes as bytes; a file has its own name.
     read: decodes a photo that comes as bytes, given the bytes and the name; None: `read_photo`.
@@ -195,7 +206,7 @@ def estimate_photo(
 def _estimate_of(
     rgb8: np.ndarray, chosen: str, photo: str | os.PathLike[str] | bytes, name: str
 ) -> Estimate:
-    """As `estimate_photo`, for a photo that is already decoded; errors name its file."""
+    """As `estimate_from`, for a photo that is already decoded; errors name its file."""
     try:
         return estimate(rgb8, choose_face(faces_within(rgb8), chosen))
     except PhotoError as error:

@@ -161,7 +161,7 @@ def reads(monkeypatch):
     """Replace the reading of photos by a fixed look."""
 
     def pretend(look):
-        monkeypatch.setattr(estimate, "estimate_photo", lambda *_: certain(look))
+        monkeypatch.setattr(estimate, "estimate_from", lambda *_: certain(look))
 
     return pretend
 
@@ -247,7 +247,7 @@ def test_options_are_refused_before_the_photo_is_read(folder, monkeypatch, words
     def fails(*_):
         raise AssertionError("the photo was read")
 
-    monkeypatch.setattr(estimate, "estimate_photo", fails)
+    monkeypatch.setattr(estimate, "estimate_from", fails)
     (folder / "old.png").write_text("precious")
     done = run(PHOTO, "--ref", PHOTO, "-o", "out.png", *words)
     assert done.exit_code == 2, done.output

@@ -43,7 +43,7 @@ def reads(monkeypatch):
     """Replace the reading of photos by a fixed look."""
 
     def pretend(look):
-        monkeypatch.setattr(estimate, "estimate_photo", lambda *_: certain(look))
+        monkeypatch.setattr(estimate, "estimate_from", lambda *_: certain(look))
 
     return pretend
 
@@ -217,7 +217,7 @@ def script(*args):
         "from makeup_video.cli.main import main\n"
         "worn = dict.fromkeys(('lipstick', 'eyeshadow', 'eyeliner', 'blush'), 0.9)\n"
         "look = Look(lips=product((180, 0, 46), 'gloss'))\n"
-        "estimate.estimate_photo = lambda *_: estimate.Estimate(look, worn)\n"
+        "estimate.estimate_from = lambda *_: estimate.Estimate(look, worn)\n"
         f"sys.argv[1:] = {['estimate', *map(str, args)]!r}; main()"
     )
     return [sys.executable, "-c", code]

@@ -163,7 +163,7 @@ def report(*_):
     print(gc.isenabled(), gc.get_freeze_count() > 10_000, flush=True)
     main.os._exit(0)
 
-machine.return_large_blocks = estimate.estimate_photo = report
+machine.return_large_blocks = estimate.estimate_from = report
 main.main()
 """
 

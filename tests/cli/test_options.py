@@ -114,7 +114,7 @@ def test_the_base_look_is_that_of_a_file_a_photo_or_nothing(tmp_path, monkeypatc
     assert LookOptions(look="none").base_look(quiet=True) == Look()
     assert LookOptions(look="glam").base_look(quiet=True) == ready_look("glam").look
     assert LookOptions(look=str(tmp_path / "look.json")).base_look(quiet=True) == lips
-    monkeypatch.setattr(estimate, "estimate_photo", lambda *_: certain(lips))
+    monkeypatch.setattr(estimate, "estimate_from", lambda *_: certain(lips))
     assert LookOptions(ref="a.jpg").base_look(quiet=True) == lips
     assert capsys.readouterr().err == ""
     assert LookOptions(ref="a.jpg").base_look(quiet=False) == lips
@@ -131,7 +131,7 @@ def test_only_files_are_kept_from_being_overwritten(options, files):
 
 
 def test_a_bare_photo_needs_a_colour(monkeypatch):
-    monkeypatch.setattr(estimate, "estimate_photo", lambda *_: certain(Look()))
+    monkeypatch.setattr(estimate, "estimate_from", lambda *_: certain(Look()))
     with pytest.raises(PhotoError, match="add --color"):
         LookOptions(ref="a.jpg").base_look(quiet=True)
     assert LookOptions(ref="a.jpg", color="B02").base_look(quiet=True) == Look()

@@ -47,6 +47,12 @@ def test_labels_are_read_and_unusable_faces_left_out(tmp_path):
     assert known == {"a.jpg": [0, UNKNOWN, 1, 0], "c.jpg": [UNKNOWN, 1, UNKNOWN, UNKNOWN]}
 
 
+@pytest.mark.parametrize("read", [rows, rows_without_labels])
+def test_a_set_without_a_folder_is_refused(tmp_path, read):
+    with pytest.raises(SystemExit, match=r"there is no folder .*nowhere: name the sets"):
+        list(read(tmp_path / "nowhere"))
+
+
 def test_names_with_commas_and_accents_are_read(tmp_path):
     names = ["rose, matte.jpg", "\u00e9clat.jpg"]
     for name in names:

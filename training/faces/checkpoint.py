@@ -1,6 +1,7 @@
 """Checkpoints of a training run: the net, the running average of its weights, the optimizer."""
 
 from pathlib import Path
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -33,7 +34,7 @@ class Checkpoint:
         """
         if not self.path.exists():
             return
-        saved = torch.load(self.path, map_location="cpu", weights_only=True)
+        saved = saved_in(self.path)
         self.net.load_state_dict(saved["net"])
         self.average.load_state_dict(saved["average"])
         self.optimizer.load_state_dict(saved["optimizer"])
@@ -47,7 +48,7 @@ class Checkpoint:
 
     def start_from(self, path: Path) -> None:
         """Start at step 0 from the averaged weights of another run, with a new optimizer."""
-        average = torch.load(path, map_location="cpu", weights_only=True)["average"]
+        average = saved_in(path)["average"]
         self.average.load_state_dict(average)
         self.net.load_state_dict(self.average.module.state_dict())
         self.average.n_averaged.zero_()
@@ -86,7 +87,13 @@ class Checkpoint:
         self.path.with_suffix(".part").rename(self.path)
 
 
+def saved_in(path: Path) -> dict[str, Any]:
+    """What torch.save wrote, on the CPU, whatever device it was saved from."""
+    saved: dict[str, Any] = torch.load(path, map_location="cpu", weights_only=True)
+    return saved
+
+
 def averaged_weights(path: Path) -> dict[str, Tensor]:
     """The averaged weights of a checkpoint, with the keys of the net itself."""
-    average = torch.load(path, map_location="cpu", weights_only=True)["average"]
+    average = saved_in(path)["average"]
     return {k.removeprefix("module."): v for k, v in average.items() if k != "n_averaged"}

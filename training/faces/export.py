@@ -13,7 +13,7 @@ import numpy as np
 import onnx
 import onnxruntime
 import torch
-from makeup_video.training.faces.checkpoint import averaged_weights
+from makeup_video.training.faces.checkpoint import averaged_weights, saved_in
 from makeup_video.training.faces.crops import SPECS, Cropper, Faces
 from makeup_video.training.faces.detector_pictures import SCENE, Scenes
 from makeup_video.training.faces.export_int8 import Integers, chosen, to_integers
@@ -52,7 +52,7 @@ class Exported(nn.Module):
 
 def load(path: Path) -> tuple[str, nn.Module]:
     """The name of a checkpoint's net, and the net with averaged weights."""
-    saved = torch.load(path, map_location="cpu", weights_only=True)
+    saved = saved_in(path)
     name, count = saved["config"]
     if name == "detector":
         net: nn.Module = Detector()
@@ -65,7 +65,7 @@ def load(path: Path) -> tuple[str, nn.Module]:
 def from_checkpoint(path: Path) -> Net:
     """The averaged weights of a checkpoint as a function of uint8 crops."""
     _name, net = load(path)
-    print(f"{path}: step {torch.load(path, map_location='cpu', weights_only=True)['step']}")
+    print(f"{path}: step {saved_in(path)['step']}")
 
     def run(rgb8: np.ndarray) -> tuple[np.ndarray, ...]:
         with torch.no_grad():
@@ -87,7 +87,7 @@ def load_rounded(source: Path, integers: Path) -> nn.Module:
     """The quantised net that train_quantised.py wrote beside a checkpoint."""
     name, net = load(source)
     net = rounded(net, KEPT.get(name, ()))
-    net.load_state_dict(torch.load(integers, map_location="cpu", weights_only=True))
+    net.load_state_dict(saved_in(integers))
     for rounding in roundings(net):
         rounding.observing = False
     return net.eval()

@@ -11,7 +11,7 @@ import argparse
 from pathlib import Path
 
 import torch
-from makeup_video.training.faces.checkpoint import averaged_weights
+from makeup_video.training.faces.checkpoint import averaged_weights, saved_in
 from makeup_video.training.faces.crops import SPECS, Cropper, Faces
 from makeup_video.training.faces.model import PointNet, build, normalise
 from makeup_video.training.faces.train import point_worth, tensors
@@ -87,7 +87,7 @@ def main() -> None:
     worth = point_worth(options.net, faces.mirror)
     read, true = shapes_of(net.eval(), cropper, worth, int(options.samples))
     matrix, shift = affine_of(read, true, net.points.basis.detach().double())
-    checkpoint = torch.load(options.start, map_location="cpu", weights_only=True)
+    checkpoint = saved_in(options.start)
     for state, prefix in ((checkpoint["net"], ""), (checkpoint["average"], "module.")):
         layer, bias = (f"{prefix}{_LAYER}.{part}" for part in ("weight", "bias"))
         state[layer] = (matrix.T @ state[layer].double()).float()

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import torch
 from makeup_video.pipeline.faces.topology import EYE, EYE_CONTOUR, LIPS
-from makeup_video.training.faces.checkpoint import Checkpoint, rate_at
+from makeup_video.training.faces.checkpoint import Checkpoint, rate_at, saved_in
 from makeup_video.training.faces.crops import SPECS, Batch, Cropper, Faces
 from makeup_video.training.faces.model import build, normalise
 from makeup_video.training.inputs import existing, made_by
@@ -160,7 +160,7 @@ def beginning(options: argparse.Namespace, faces: Faces, steps: int) -> Checkpoi
     targets = drawer.geometry(index)["target"]
     net = build(options.net, spec.size_wh, torch.from_numpy(targets))
     if options.start:
-        inherit(net, torch.load(options.start, map_location="cpu", weights_only=True)["average"])
+        inherit(net, saved_in(options.start)["average"])
     net = net.to(memory_format=torch.channels_last).train()
     optimizer = torch.optim.AdamW(net.parameters(), lr=options.rate, weight_decay=0.05, fused=True)
     run = Checkpoint(options.out / f"{options.net}.pt", net, optimizer, AVERAGE)

@@ -18,6 +18,7 @@ import torch
 from makeup_video.pipeline.faces.nets import FaceNets
 from makeup_video.pipeline.frames.views import RgbPicture
 from makeup_video.training.faces.augment import photograph
+from makeup_video.training.faces.checkpoint import saved_in
 from makeup_video.training.faces.crops import SPECS, Cropper, Faces
 from makeup_video.training.faces.detector_pictures import FACE_CENTRE, backdrops
 from makeup_video.training.faces.export import load
@@ -179,7 +180,7 @@ def main() -> None:
         for key, row in mouth.items():
             getattr(score, key)[1] = row  # undoes what weight decay did to the mouth's score
     report("after", score, held_out)
-    saved = torch.load(path, map_location="cpu", weights_only=True)
+    saved = saved_in(path)
     for key in ("weight", "bias"):
         saved["average"][f"module.score.{key}"] = getattr(score, key).data
     torch.save(saved, path)

@@ -12,7 +12,7 @@ import json
 from pathlib import Path
 
 import torch
-from makeup_video.training.faces.checkpoint import averaged_weights
+from makeup_video.training.faces.checkpoint import averaged_weights, saved_in
 from makeup_video.training.faces.export import Exported, to_onnx
 from makeup_video.training.inputs import existing
 from makeup_video.training.list_hashes import list_hashes
@@ -22,7 +22,7 @@ from makeup_video.training.reference.model import ReferenceNet
 
 def load(path: Path) -> tuple[str, ReferenceNet]:
     """The region that a checkpoint's net is for, and the net."""
-    name, count = torch.load(path, map_location="cpu", weights_only=True)["config"]
+    name, count = saved_in(path)["config"]
     region, size, shrink = name.split("-")
     net = ReferenceNet(size, torch.ones(count), region, int(shrink))
     net.load_state_dict(averaged_weights(path))

@@ -68,9 +68,9 @@ class Examples(ABC):
             face = data["face"][~is_real]
         painted = len(face)
         shown = int(painted * (1 - HELD_OUT))
-        shown = int(np.searchsorted(face, face[shown])) if shown < painted else painted
         if shown == painted:
             raise SystemExit(f"{path} has no painted crops to hold out: pack it with --looks 1")
+        shown = int(np.searchsorted(face, face[shown]))  # where the cut face begins
         self.held_out = type(self).kind(**self._of(slice(shown, painted)))
         often = np.ones(len(is_real))
         often[shown:painted] = 0

@@ -1,6 +1,7 @@
 """Packs crops of labelled faces and of painted ones, for the nets that read a form of makeup."""
 
 import argparse
+import itertools
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -36,12 +37,14 @@ def pack_sets(
     painted: list[Crop] = []
     real: list[Crop] = []
     faces: list[int] = []  # the number of each painted crop's face
+    number = itertools.count()
     for name in options.sets:
         pictures = dict(rows(options.faces / name))
         for path, rgb8, face in named_faces(pictures):
             real += real_of(path.name, rgb8, face)
-            painted += painted_of(rgb8, face, pictures[path])
-            faces += [faces[-1] + 1 if faces else 0] * (len(painted) - len(faces))
+            made = list(painted_of(rgb8, face, pictures[path]))
+            painted += made
+            faces += [next(number)] * len(made)
         print(f"{name}: {len(painted)} painted crops and {len(real)} real ones in all", flush=True)
     if not painted and not real:
         raise SystemExit(

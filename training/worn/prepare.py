@@ -49,10 +49,8 @@ def rows(folder: Path) -> Iterator[tuple[Path, list[int]]]:
 
     Without worn.csv all pictures count as bare.
     """
-    if not folder.is_dir():
-        raise SystemExit(f"there is no folder {folder}: name the sets of --faces with --sets")
     if not has_table(folder):
-        yield from ((path, [0] * len(LABELS)) for path in sorted(folder.glob("*.jpg")))
+        yield from ((path, [0] * len(LABELS)) for path in _pictures(folder))
         return
     for row in labelled_rows(folder):
         if set(row["flags"]) & UNUSABLE:
@@ -67,9 +65,16 @@ def rows(folder: Path) -> Iterator[tuple[Path, list[int]]]:
 def rows_without_labels(folder: Path) -> Iterator[tuple[Path, list[int]]]:
     """The pictures of a set that worn.csv does not name, with all labels UNKNOWN."""
     named = {row["name"] for row in labelled_rows(folder)} if has_table(folder) else set()
-    for path in sorted(folder.glob("*.jpg")):
+    for path in _pictures(folder):
         if path.name not in named:
             yield path, [UNKNOWN] * len(LABELS)
+
+
+def _pictures(folder: Path) -> list[Path]:
+    """The pictures of a set. Raises SystemExit for a set without a folder."""
+    if not folder.is_dir():
+        raise SystemExit(f"there is no folder {folder}: name the sets of --faces with --sets")
+    return sorted(folder.glob("*.jpg"))
 
 
 def labelled_faces(folder: Path) -> Iterator[tuple[np.ndarray, Face, list[int]]]:

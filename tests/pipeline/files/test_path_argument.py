@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from makeup_video.pipeline import (
     Look,
+    estimate_photo,
     inspect_video,
     look_from_photo,
     process_looks,
@@ -54,6 +55,11 @@ CALLS = {
 def test_every_public_function_names_the_argument(tmp_path, name, call):
     with pytest.raises(TypeError, match=f"^{name} {WHERE} int: give the name of a file$"):
         call(3, tmp_path / "out.png")
+
+
+def test_the_photo_of_an_estimate_is_a_path_or_bytes_too():
+    with pytest.raises(TypeError, match=f"photo {WHERE} int: give the name of a file"):
+        estimate_photo(3)
 
 
 def test_an_array_is_for_estimate_look():

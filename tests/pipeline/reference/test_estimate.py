@@ -168,6 +168,8 @@ def test_several_faces_come_with_the_argument_that_chooses(tmp_path):
     with pytest.raises(SeveralFacesError, match=words) as raised:
         look_from_photo(tmp_path / "two.png")
     assert len(raised.value.faces) == 2
+    with pytest.raises(SeveralFacesError, match=words):
+        estimate_photo(tmp_path / "two.png")
     chosen = look_from_photo(tmp_path / "two.png", face="largest")
     assert chosen == estimate_photo(tmp_path / "two.png", 0).look
 
