@@ -87,6 +87,10 @@ class LoggedCamera:
     def dropped(self) -> int:
         return self._camera.dropped
 
+    @property
+    def damaged(self) -> int:
+        return self._camera.damaged
+
     def frames(self) -> Generator[Frame, None, None]:
         with closing(self._camera.frames()) as frames:
             for frame in frames:

@@ -25,13 +25,14 @@ def watch(url: str, target: Path, kind: str) -> None:
     """Write a table (N, 4) float64: each picture's pts in microseconds, the monotonic seconds at
     which it arrived and at which it was decoded, and its size in bytes.
 
-    The last row has the CPU seconds of this process in the second column.
+    The last row has the CPU seconds of this process in the second column, without its start.
     """
-    rows = asyncio.run(_watch(url, kind))
-    np.save(target, np.array([*rows, (0.0, time.process_time(), 0.0, 0.0)]))
+    rows, began = asyncio.run(_watch(url, kind))
+    np.save(target, np.array([*rows, (0.0, time.process_time() - began, 0.0, 0.0)]))
 
 
-async def _watch(url: str, kind: str) -> list[tuple[float, float, float, float]]:
+async def _watch(url: str, kind: str) -> tuple[list[tuple[float, float, float, float]], float]:
+    """The rows, and the CPU seconds that this process had used when it began to watch."""
     from websockets.asyncio.client import connect
     from websockets.exceptions import ConnectionClosed
     from websockets.typing import Origin
@@ -41,6 +42,7 @@ async def _watch(url: str, kind: str) -> list[tuple[float, float, float, float]]
     address = url.replace("http", "ws", 1) + "/ws?session=live"
     async with connect(address, origin=Origin(url), compression=None, max_size=None) as socket:
         await socket.send(json.dumps({"type": "video", "on": kind == "h264"}))
+        began = time.process_time()
         print("ready", flush=True)
         try:
             async for picture in _pictures(socket):
@@ -52,7 +54,7 @@ async def _watch(url: str, kind: str) -> list[tuple[float, float, float, float]]
                 await socket.send(json.dumps({"type": "shown", "pts_us": pts_us}))
         except ConnectionClosed:
             pass
-    return rows
+    return rows, began
 
 
 async def _pictures(messages: AsyncIterable[str | bytes]) -> AsyncIterable[bytes]:

@@ -213,7 +213,6 @@ class _Sound:
     def __init__(self, camera: "CameraSwitch", opened: "Callable[[], LiveSound | None]") -> None:
         self._camera, self._open = camera, opened
         self._sound: LiveSound | None = None
-        self._is_open = False
         self._opened_for: tuple[Path, int] | None = None
 
     def tap(self) -> "SoundTap | None":
@@ -224,18 +223,19 @@ class _Sound:
         camera = self._camera
         # The page may choose another camera, or the same file again, which then starts over.
         playing = None if camera.path is None else (camera.path, camera.changes)
-        if self._is_open and self._opened_for == playing:
-            tap = None if self._sound is None else self._sound.tap()
-            if self._sound is None or tap is not None:
+        if self._sound is not None and self._opened_for == playing:
+            tap = self._sound.tap()
+            if tap is not None:
                 return tap
         self.close()
-        self._sound, self._is_open, self._opened_for = self._open(), True, playing
+        # a microphone that another program used a moment ago may open now
+        self._sound, self._opened_for = self._open(), playing
         return None if self._sound is None else self._sound.tap()
 
     def close(self) -> None:
         if self._sound is not None:
             self._sound.close()
-        self._sound, self._is_open = None, False
+        self._sound = None
 
 
 def _recording(camera: "CameraSwitch", sound: _Sound) -> "Recording":

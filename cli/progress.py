@@ -226,6 +226,8 @@ def live_summary(figures: "LiveFigures", seconds: float) -> str:
     fps = figures.pictures / seconds if seconds else 0.0
     count = frames_in_words(figures.pictures)
     text = f"{count} in {seconds:.1f} s, {fps:.1f} fps, {figures.dropped} dropped"
+    if figures.damaged:
+        text += f", {figures.damaged} damaged"
     for sink in figures.sinks:
         if sink.name != "preview":
             lost = f" ({sink.dropped} dropped)" if sink.dropped else ""

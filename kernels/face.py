@@ -263,6 +263,8 @@ class FaceKernel:
     def __init__(self, device: Device, tables: FitTables) -> None:
         self._device = device
         self._light = LightReader(device)
+        # transfer function and planes of the kernel's arguments
+        self._has_arguments_for: tuple[int, cl.Buffer] | None = None
         filled = np.zeros((), TABLES)
         for axis, tangents in enumerate(np.split(tables.to_tangents, 2)):
             filled["tangents"][axis, :, :POINTS] = tangents.T
@@ -304,11 +306,15 @@ class FaceKernel:
 
     def _set_arguments(self, light: LightPlanes) -> None:
         """Copy the planes, and give the kernel its arguments, if these have changed."""
-        if not self._light.copy(light):
-            return
+        self._light.copy(light)
         transfer, sample = light.coding.transfer, light.planes[0].dtype
+        needed = transfer, self._light.planes
+        if needed == self._has_arguments_for:
+            return
+        self._has_arguments_for = None  # should building the kernel fail, or be interrupted
         self._kernel = self._device.kernel("face", transfer, sample, DEFINITIONS)
         self._kernel.set_args(
             self._given.buffer, self._tables, self._light.planes, self._light.table(transfer),
             self._scratch, self._out.buffer,
         )  # fmt: skip
+        self._has_arguments_for = needed

@@ -60,31 +60,22 @@ class LightReader:
         self._device = device
         self._tables: dict[int, cl.Buffer] = {}
         self._planes = device.memory((1,), np.uint8)
-        self._transfer = -1  # of the light that was copied last
 
     @property
     def planes(self) -> cl.Buffer:
         """The planes that `copy` has copied."""
         return self._planes.buffer
 
-    def copy(self, light: LightPlanes) -> bool:
-        """Copy Y', Cb and Cr, one after another.
-
-        Returns True when kernels need new arguments, because `planes` is another buffer or the
-        light has another transfer function.
-        """
+    def copy(self, light: LightPlanes) -> None:
+        """Copy Y', Cb and Cr, one after another. `planes` may be another buffer afterwards."""
         count, sample = sum(plane.size for plane in light.planes), light.planes[0].dtype
-        is_new = self._planes.array.size < count or self._planes.array.dtype != sample
-        if is_new:
+        if self._planes.array.size < count or self._planes.array.dtype != sample:
             self._planes = self._device.memory((2 * count,), sample)
         end = 0
         for plane in light.planes:
             begin, end = end, end + plane.size
             self._planes.array[begin:end].reshape(plane.shape)[:] = plane
         self._planes.send()
-        is_new |= light.coding.transfer != self._transfer
-        self._transfer = light.coding.transfer
-        return is_new
 
     def table(self, transfer: int) -> cl.Buffer:
         """`light_table` on the device."""

@@ -175,7 +175,7 @@ class Canvas:
 
     def _grow(self, coats: int, rows: int, stride: int) -> None:
         (across, down), sample = self._kind
-        self._size = coats, rows, stride
+        self._size = 0, 0, 0  # should there be too little memory
         self._luma = self.device.memory((rows, stride), sample)
         self._chroma = self.device.memory((2, rows // down, stride // across), sample)
         self._codes = self.device.memory((2, rows, stride), np.float32)
@@ -185,6 +185,7 @@ class Canvas:
         self._weights = self.device.memory((coats, rows, stride), np.float32)
         self._coats = [WeightRuns(self.device, weights, down) for weights in self._weights.array]
         self._coding = None
+        self._size = coats, rows, stride
 
     def paint(
         self, planes: tuple[np.ndarray, ...], regions: Sequence[MadeRegion], coding: Coding

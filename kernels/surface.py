@@ -274,6 +274,8 @@ class SurfaceKernel:
         self._device = device
         self._lock = threading.Lock()
         self._light = LightReader(device)
+        # transfer function and planes of the kernel's arguments
+        self._has_arguments_for: tuple[int, cl.Buffer] | None = None
         self._rings = self._light.kept(rings.astype(np.int32))
         self._memory = device.memory((floats(GIVEN),), np.float32)
         self._given = self._memory.array
@@ -329,14 +331,18 @@ class SurfaceKernel:
 
     def _set_arguments(self, light: LightPlanes) -> None:
         """Copy the planes, and give the kernel its arguments, if these have changed."""
-        if not self._light.copy(light):
-            return
+        self._light.copy(light)
         transfer, sample = light.coding.transfer, light.planes[0].dtype
+        needed = transfer, self._light.planes
+        if needed == self._has_arguments_for:
+            return
+        self._has_arguments_for = None  # should building the kernel fail, or be interrupted
         self._kernel = self._device.kernel("surface", transfer, sample, DEFINITIONS)
         self._kernel.set_args(
             self._memory.buffer, self._rings, self._light.planes, self._light.table(transfer),
             self._scratch, self._out.buffer,
         )  # fmt: skip
+        self._has_arguments_for = needed
 
 
 def _place(place: GridPlace, light: LightPlanes) -> Sequence[float]:

@@ -31,9 +31,12 @@ def imported(path):
 
 def test_every_folder_with_code_is_a_package_and_listed():
     listed = PROJECT["tool"]["setuptools"]["packages"]
-    inits = [path.parent.relative_to(ROOT).as_posix() for path in ROOT.rglob("__init__.py")]
-    found = {name for name in inits if not name.startswith((".", "build", "tests"))}
+    tops = {name.split("/")[0] for name in FOLDERS.values()}
+    found = {path.parent.relative_to(ROOT).as_posix() for top in tops for path in sources(top)}
     assert found == set(FOLDERS.values())
+    assert all((ROOT / name / "__init__.py").exists() for name in found)
+    others = {path.parent.name for path in ROOT.glob("*/__init__.py")} - tops
+    assert others <= {"tests"}
     names = {f"makeup_video.{name.replace('/', '.')}" for name in found - {"package"}}
     assert set(FOLDERS) == set(listed) == names | {"makeup_video"}
     assert (ROOT / "package" / "py.typed").exists()
@@ -43,11 +46,13 @@ def test_only_the_listed_modules_use_threads():
     users = {
         path.relative_to(ROOT / "pipeline").as_posix()
         for path in sources("pipeline")
-        if "threading" in set(imported(path))
+        if {"threading", "concurrent.futures"} & set(imported(path))
     }
     assert users == {
         "batch/on_ray.py",  # reports while it paints; a lock for files that were sent
         "engine/fan_out.py",
+        "engine/jobs.py",  # each thread waits for a process that paints
+        "images/quiet.py",  # a lock: the last block that ends restores a setting
         "engine/machine.py",  # a lock for the number of OpenCV's threads
         "engine/processes.py",  # ends with the process that started it
         "engine/runner.py",
@@ -55,6 +60,7 @@ def test_only_the_listed_modules_use_threads():
         "engine/channel.py",  # its lock
         "render/apply_look.py",  # keeps the kernels of each thread
         "live/runner.py",
+        "offline/looks_on_picture.py",  # paints several looks at once
         "offline/painter.py",  # a lock: one thread at a time
         "live/sources/device.py",  # reads the camera even when nobody fetches frames
         "live/sources/file.py",  # an event that ends a wait

@@ -40,7 +40,8 @@ def work():
 
 @pytest.mark.parametrize("name", LIMITS)
 def test_a_frame_costs_no_more_work_than_its_limit(work, name):
-    assert work.get(name, 0) <= LIMITS[name]
+    count = work.get(name, 0) if LIMITS[name] == 0 else work[name]  # what never happens has none
+    assert count <= LIMITS[name]
 
 
 def test_opencv_returns_little_more_than_a_third_of_a_frame(work):

@@ -145,7 +145,7 @@ def _length(runs: Sequence[Mapping[str, Any]], folder: Path) -> str:
     minutes = [run["minutes"] for run in runs]
     speed.semilogx(minutes, [run["fps"] for run in runs], "o-", color=_OURS, label="frames/s")
     speed.set_ylim(0)
-    speed.set_ylabel("frames/s, start included")
+    speed.set_ylabel("frames/s, without the start")
     longest = max(runs, key=lambda run: run["minutes"])
     seconds, size_mb = zip(*longest["memory"], strict=True)
     label = f"a video of {longest['minutes']:.3g} minutes"

@@ -24,8 +24,14 @@ def turn_of(picture: av.VideoFrame) -> int:
     Reads the display matrix itself: PyAV's `rotation` takes a picture that is mirrored left to
     right for one that is turned by 180 degrees.
     """
+    return turn_and_mirror_of(picture)[0]
+
+
+def turn_and_mirror_of(picture: av.VideoFrame) -> tuple[int, bool]:
+    """The result of `turn_of`, and whether left and right change places after that turn."""
     matrix = matrix_of(picture)
     if matrix is None:
-        return 0
-    _, down_by_x, _, _, down_by_y, *_ = matrix
-    return round(-math.degrees(math.atan2(down_by_x, down_by_y)) / 90) * 90 % 360
+        return 0, False
+    right_by_x, down_by_x, _, right_by_y, down_by_y, *_ = matrix
+    turn_degrees = round(-math.degrees(math.atan2(down_by_x, down_by_y)) / 90) * 90 % 360
+    return turn_degrees, right_by_x * down_by_y < right_by_y * down_by_x

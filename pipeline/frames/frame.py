@@ -57,6 +57,7 @@ class Frame:
     pts: presentation time in ticks of `time_base` (seconds per tick); the origin is the source's.
     rotation_degrees: counter-clockwise turn (0, 90, 180 or 270) that makes the picture upright. The
     stored picture itself is never turned.
+    is_mirrored: the viewer sees that upright picture with left and right exchanged.
     tags: if they give no range, it is full where the pixel format's name says so ("yuvj420p").
     """
 
@@ -65,6 +66,7 @@ class Frame:
     time_base: Fraction
     tags: ColourTags
     rotation_degrees: int = 0
+    is_mirrored: bool = False
     pix_fmt: str = field(init=False)
     width_px: int = field(init=False)
     height_px: int = field(init=False)

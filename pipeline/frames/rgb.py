@@ -10,6 +10,7 @@ from av.video.reformatter import ColorRange, Colorspace
 from makeup_video.kernels.colour import DISPLAY_P3
 from makeup_video.pipeline.frames.colour_tags import ColourTags
 from makeup_video.pipeline.frames.frame import Frame
+from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation
 
 PICTURE_TICK = Fraction(1, 1)
 # BT.709, full range, the transfer of sRGB.
@@ -18,7 +19,9 @@ P3_PICTURE_TAGS = replace(PICTURE_TAGS, primaries=DISPLAY_P3)
 
 
 def to_frame(
-    stored: np.ndarray, rotation_degrees: int = 0, tags: ColourTags = PICTURE_TAGS
+    stored: np.ndarray,
+    orientation: Orientation = UPRIGHT,
+    tags: ColourTags = PICTURE_TAGS,
 ) -> Frame:
     """The stored pixels as an 8-bit 4:4:4 frame.
 
@@ -31,7 +34,8 @@ def to_frame(
         format="yuv444p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.JPEG
     )
     picture.pts = 0
-    return Frame(picture, 0, PICTURE_TICK, tags, rotation_degrees)
+    turn_degrees, is_mirrored, _ = orientation
+    return Frame(picture, 0, PICTURE_TICK, tags, turn_degrees, is_mirrored)
 
 
 def as_uint8(codes: np.ndarray) -> np.ndarray:

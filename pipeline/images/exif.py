@@ -1,10 +1,10 @@
 """The orientation that a picture's EXIF block declares, and the thumbnail in the block."""
 
 import struct
-import warnings
 from typing import Literal
 
 from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orientation_of
+from makeup_video.pipeline.images.quiet import without_warnings
 
 _ORIENTATION_TAG = 0x0112
 EXIF_MARK = b"Exif\0\0"  # a block may begin with this mark, as in JPEG and HEIC
@@ -31,8 +31,7 @@ def _orientation_tag(block: bytes) -> int:
 
     exif = Image.Exif()
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # Pillow warns about damaged blocks
+        with without_warnings:  # Pillow warns about damaged blocks
             exif.load(block)
             declared = exif.get(_ORIENTATION_TAG, 1)
     except Exception:  # noqa: BLE001  # a damaged block may make Pillow raise anything

@@ -8,7 +8,6 @@ import io
 import logging
 import os
 import struct
-import warnings
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from importlib import import_module
@@ -24,6 +23,7 @@ from makeup_video.pipeline.files.ordinary import open_ordinary
 from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orientation_of
 from makeup_video.pipeline.images.heif import HEAD_BYTES, is_heif, register_with_pillow, to_srgb
 from makeup_video.pipeline.images.picture_size import MOST_FILE_BYTES, MOST_PX, TIFF_MARKS
+from makeup_video.pipeline.images.quiet import without_warnings
 from PIL import ExifTags, Image, ImageCms, UnidentifiedImageError, features
 
 # Without a handler Python would print the errors that Pillow logs.
@@ -112,8 +112,7 @@ def read_photo(
     if is_heif(file.begins(HEAD_BYTES)):
         formats = [register_with_pillow(file)]
     try:
-        with file.data, warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # our error says in one line what is wrong
+        with file.data, without_warnings:
             with _damage_as_photo_error(file):
                 picture = Image.open(file.data, formats=formats)
             with picture:
@@ -124,6 +123,7 @@ def read_photo(
                 before_decoding()
                 with _damage_as_photo_error(file):
                     _shrink_while_decoding(picture)
+                    _forget_xmp(picture)
                     picture.load()
                 return _pixels(picture)
     except MemoryError:
@@ -228,8 +228,18 @@ def _pixels(picture: Image.Image) -> np.ndarray:
     return np.array(image)
 
 
+def _forget_xmp(picture: Image.Image) -> None:
+    """Keep Pillow from taking an orientation from XMP, as viewers and our painting do not.
+
+    TIFF files are turned as they are loaded; in a PNG the XMP may stand behind the pixels.
+    """
+    for name in ("xmp", "XML:com.adobe.xmp"):
+        picture.info.pop(name, None)
+
+
 def _orientation(picture: Image.Image) -> Orientation:
     """The orientation in the EXIF block; upright when the block has none or is damaged."""
+    _forget_xmp(picture)
     try:
         return orientation_of(picture.getexif().get(ExifTags.Base.Orientation, 1))
     except _DAMAGE:

@@ -21,6 +21,7 @@ from makeup_video.pipeline.images.jpeg_segments import (
     with_icc_profile,
 )
 from makeup_video.pipeline.images.picture_size import MOST_FILE_BYTES, TIFF_MARKS, check_size
+from makeup_video.pipeline.images.quiet import silent_opencv
 
 # The extensions of pictures that we write.
 WRITERS = {".jpg": "jpeg", ".jpeg": "jpeg", ".png": "png", ".webp": "webp"}
@@ -112,12 +113,11 @@ def decode_picture(data: bytes, path: Path) -> tuple[np.ndarray, Metadata]:
 
     if is_heif(data):
         return _decode_heif(data, path)
-    # our error says in one line what is wrong, so OpenCV must not print its warnings
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     try:
-        pixels, kinds, blobs = cv2.imdecodeWithMetadata(
-            np.frombuffer(data, np.uint8), flags=cv2.IMREAD_UNCHANGED
-        )
+        with silent_opencv:
+            pixels, kinds, blobs = cv2.imdecodeWithMetadata(
+                np.frombuffer(data, np.uint8), flags=cv2.IMREAD_UNCHANGED
+            )
     except cv2.error as error:
         if error.code == _NO_MEMORY:
             raise MemoryError(error.err) from error
@@ -233,7 +233,8 @@ def _encode(
     numbers = _opencv_kinds()
     kinds = [numbers[kind] for kind in blobs]
     arrays = [np.frombuffer(blob, np.uint8) for blob in blobs.values()]
-    ok, data = cv2.imencodeWithMetadata(suffix, pixels, kinds, arrays, options)
+    with silent_opencv:
+        ok, data = cv2.imencodeWithMetadata(suffix, pixels, kinds, arrays, options)
     if not ok:
         return None
     return with_icc_profile(data.tobytes(), profile) if profile else data.tobytes()

@@ -37,6 +37,11 @@ class LiveSource(Protocol):
         """Number of frames that arrived and were never handed out."""
         ...
 
+    @property
+    def damaged(self) -> int:
+        """Number of pictures that could not be decoded."""
+        ...
+
     def frames(self) -> Generator[Frame, None, None]:
         """Yield each frame when it arrives. Called once."""
         ...

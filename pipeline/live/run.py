@@ -59,6 +59,7 @@ class LiveFigures:
     pictures: number of pictures painted since the run began.
     dropped: number of frames, since the run began, that the source dropped or that gave way to a
     newer one while they waited.
+    damaged: number of pictures of the source, since the run began, that could not be decoded.
     level, level_notice: what a slow machine leaves out, as a QualityLevel and in words.
     notice: what is wrong with the source or a sink, "" when all is well.
     """
@@ -67,6 +68,7 @@ class LiveFigures:
     latency_ms: float | None
     pictures: int
     dropped: int
+    damaged: int
     level: QualityLevel
     level_notice: str
     notice: str
@@ -169,6 +171,7 @@ class LiveRun:
             latency_ms=late_ms[len(late_ms) // 2] if late_ms else None,
             pictures=self._pictures,
             dropped=self._dropped,
+            damaged=self._camera.damaged,
             level=self._budget.level,
             level_notice=self._budget.notice,
             notice=self._notice(),
@@ -183,7 +186,15 @@ class LiveRun:
         """What is wrong now with the camera or a sink; "" when all is well."""
         outlets = self._runner.outlets
         sinks = [outlet.sink.notice for outlet in outlets]
-        ended = [f"{o.sink.name}: {o.error}" for o in outlets if o.error is not None]
+        recordings = [o for o in outlets if o.sink.kind == "recording"]
+        # a later recording that works shows that what ended an earlier one is over
+        while recordings and recordings[-1].error is not None:
+            recordings.pop()
+        ended = [
+            f"{o.sink.name}: {o.error}"
+            for o in outlets
+            if o.error is not None and o not in recordings
+        ]
         return "; ".join(filter(None, [self._camera.notice, *sinks, *ended]))
 
     def _paint(self, frame: Frame) -> LivePicture:

@@ -8,7 +8,7 @@ import av
 from av.video.frame import PictureType
 from makeup_video.pipeline.errors import cannot_keep
 from makeup_video.pipeline.frames.colour_tags import ColourTags
-from makeup_video.pipeline.frames.display_matrix import turn_of
+from makeup_video.pipeline.frames.display_matrix import turn_and_mirror_of
 from makeup_video.pipeline.frames.frame import Frame
 from makeup_video.pipeline.media.clock_jumps import ClockJumps
 from makeup_video.pipeline.media.decode_stats import Account
@@ -220,7 +220,8 @@ class Decoder:
             picture.pict_type = PictureType.NONE
             picture.pts, picture.time_base = int(seconds / base), base
             picture.duration = int(duration / base)
-            yield Frame(picture, picture.pts, base, ColourTags.of(picture), turn_of(picture))
+            turn_and_mirror = turn_and_mirror_of(picture)
+            yield Frame(picture, picture.pts, base, ColourTags.of(picture), *turn_and_mirror)
 
     def _begin(self) -> None:
         """Move all other streams with the first frame, once its time is known."""

@@ -28,7 +28,14 @@ class CopyFrames:
         self._source.push(frame.picture)
         pictures = [sink.pull() for sink in self._sinks]
         return [
-            Frame(picture, frame.pts, frame.time_base, frame.tags, frame.rotation_degrees)
+            Frame(
+                picture,
+                frame.pts,
+                frame.time_base,
+                frame.tags,
+                frame.rotation_degrees,
+                frame.is_mirrored,
+            )
             for picture in pictures
         ]
 

@@ -68,7 +68,7 @@ def open_picture(path: Path) -> OpenedPicture:
     profile = metadata.get(ICC_PROFILE)
     is_wide = profile is not None and is_display_p3(profile)
     tags = P3_PICTURE_TAGS if is_wide else PICTURE_TAGS
-    frame = to_frame(stored, stored_as.turn_degrees, tags)
+    frame = to_frame(stored, stored_as, tags)
     depth = bit_depth(data) if is_heif(data) else 8 * stored.itemsize
     return OpenedPicture(
         path, stored, metadata, stored_as, frame, file_tags(data), len(data), depth

@@ -275,7 +275,8 @@ def jobs_of(
         region = REGIONS[group.region]
         amount, lits = region.amount(scene), region.lit(item, scene, reader)
         if group.number is not None:
-            lits = tuple([lit for lit in lits if lit.surface.number == group.number])
+            number = 1 - group.number if item.frame.is_mirrored else group.number
+            lits = tuple([lit for lit in lits if lit.surface.number == number])
         if amount <= 0 or not lits:
             continue
         sigma_px = scene.sigma_px.get(group.region, 0.0)

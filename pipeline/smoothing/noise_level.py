@@ -22,7 +22,7 @@ _TO_MEAN = np.array([1, 1, 1, 1, 1.5, 2, 1])
 # mean variance of the lids and the rest.
 _LIPS_TO_OTHERS = 2.5
 NOISE_MOMENTS = 5
-_MOST_SECONDS = 0.3  # moments that span more time show motion rather than noise
+_MOST_STEP_SECONDS = 0.075  # moments further apart than this on average show motion, not noise
 # How many estimates are kept, and the length of the slots of time with one estimate each: 1.5 s in
 # all.
 _KEPT, _SLOT_SECONDS = 22, 1 / 15
@@ -55,7 +55,8 @@ class NoiseLevel:
         own_slot = slot(max(seconds), _SLOT_SECONDS)
         skipped = self._moments > 2 * NOISE_MOMENTS and own_slot == self._slot
         self._slot = own_slot
-        if skipped or len(seconds) < 3 or max(seconds) - min(seconds) > _MOST_SECONDS:
+        span = max(seconds) - min(seconds)
+        if skipped or len(seconds) < 3 or span > _MOST_STEP_SECONDS * (len(seconds) - 1):
             return
         # Newton's divided difference: 0 for every polynomial of degree N - 2, whatever the times.
         shares = [

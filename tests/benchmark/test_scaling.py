@@ -36,10 +36,21 @@ def test_faces_are_counted_on_a_clip_of_one(bench, monkeypatch):
 def test_threads_of_codecs_and_of_pocl_are_compared(bench, monkeypatch):
     monkeypatch.setattr(scaling, "SHARED", ((1, 2, 1), (0, 0, 4)))
     monkeypatch.setattr(scaling, "BARE_THREADS", ((0, 0),))
-    monkeypatch.setattr(scaling, "_POCL_THREADS", (1,))
+    monkeypatch.setattr(scaling, "_POCL_THREADS", (0, 1))
+    real, environments = scaling.run_command, []
+
+    def noted(*words, environment, **more):
+        environments.append(environment)
+        return real(*words, environment=environment, **more)
+
+    monkeypatch.setattr(scaling, "run_command", noted)
     found = scaling.by_threads(bench, bench.video(144), "threads")
     kinds = Counter(name.split(":")[0] for name in found["settings"])
-    assert kinds == {"bare": 1, "product": 2, "command": 1}
+    assert kinds == {"bare": 1, "product": 2, "command": 2}
+    as_usual = environments.count({})
+    assert 0 < as_usual == len(environments) / 2
+    # the device that the product takes ignores the number of threads
+    assert all(env["POCL_DEVICES"] == "pthread" for env in environments if env)
     assert found["best"] in found["settings"] and found["best"].startswith("product")
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from makeup_video.benchmark import videos
-from makeup_video.pipeline import InputError
+from makeup_video.pipeline import InputError, find_faces
 from makeup_video.pipeline.faces.find import find_faces_in_frame
 from media import decoded, make_clip, packets_of, times_of
 from people import SAMPLES, clip, grey, write_video
@@ -118,6 +118,10 @@ def test_a_turned_clip_is_measured_upright(tmp_path):
     turned = write_video(tmp_path / "turned.mkv", clip(2), rotation_degrees=90)
     made = videos.make_video(turned, tmp_path / "a.mp4", 180, 2)
     assert made.faces == 1 and made.is_cropped
+    (face,) = find_faces(next(iter(decoded(made.path))).to_ndarray(format="rgb24"))
+    forehead, chin = face.points_px[[10, 152], :2]
+    assert abs(chin[0] - forehead[0]) < 20
+    assert chin[1] - forehead[1] == pytest.approx(90, rel=0.15)  # half of the height
 
 
 @given(

@@ -183,7 +183,7 @@ def test_no_browser_opens_without_a_display(monkeypatch):
 
 
 def figures(**given):
-    plain = {"fps": 29.97, "latency_ms": 12.4, "pictures": 300, "dropped": 0,
+    plain = {"fps": 29.97, "latency_ms": 12.4, "pictures": 300, "dropped": 0, "damaged": 0,
              "level": 0, "level_notice": "", "notice": "", "sinks": ()}  # fmt: skip
     return LiveFigures(**{**plain, **given})
 
@@ -207,7 +207,7 @@ def test_sound_comes_back_after_a_camera_whose_sound_fails():
         return opened[-1]
 
     kept = _Sound(camera, sound)
-    assert kept.tap() is opened[0].tap()
+    assert kept.tap() is opened[0].tap() is kept.tap()
     camera.path = "b"
     with pytest.raises(InputError, match="busy"):
         kept.tap()
@@ -215,6 +215,12 @@ def test_sound_comes_back_after_a_camera_whose_sound_fails():
     assert opened[0].close.called and kept.tap() is opened[1].tap()
     camera.changes += 1  # the same file, from its beginning
     assert kept.tap() is opened[2].tap() and opened[1].close.called
+
+
+def test_a_busy_microphone_is_tried_for_the_next_recording():
+    opened = iter([None, sound := Mock()])
+    kept = _Sound(SimpleNamespace(path=None, changes=0), lambda: next(opened))
+    assert kept.tap() is None and kept.tap() is kept.tap() is sound.tap()
 
 
 class OpenTerminal(io.StringIO):
@@ -257,6 +263,8 @@ def test_a_terminal_shows_brackets_as_they_are(monkeypatch, notice):
 
 def test_the_closing_line_counts_every_output_but_the_page():
     outputs = SinkFigures("out.mkv", 300, 0), SinkFigures("rtmp://host", 0, 0)
+    assert "damaged" not in live_summary(figures(), 10.0)
+    assert "0 dropped, 2 damaged" in live_summary(figures(damaged=2), 10.0)
     text = live_summary(figures(sinks=(SinkFigures("preview", 5, 90), *outputs)), 10.0)
     assert text == (
         "300 frames in 10.0 s, 30.0 fps, 0 dropped; out.mkv got 300 of them; "

@@ -58,7 +58,7 @@ def _save_rest(path: Path) -> None:
 
 
 def _save_deep(path: Path) -> None:
-    rgb16 = np.asarray(_face())[::2, ::2, ::-1].astype(np.uint16) * 257
+    rgb16 = np.asarray(_face())[..., ::-1].astype(np.uint16) * 257
     path.write_bytes(cv2.imencode(path.suffix, rgb16)[1].tobytes())
 
 

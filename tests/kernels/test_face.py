@@ -50,6 +50,26 @@ def test_hdr_is_read_as_in_numpy(transfer):
     assert_same(face_at(points()), frame)
 
 
+def test_after_an_interrupted_build_nothing_old_is_used(monkeypatch):
+    """A notebook's "stop" may come while a kernel is compiled."""
+    frame = frame_of(portrait(), pix_fmt="yuv420p10le")
+    dark = Frame(frame.picture, 0, Fraction(1, 30), ColourTags(9, 1, PQ, 9))
+    surface_made(face_at(points()), frame)
+    real, refused = Device.kernel, []
+
+    def refuse_once(device, *words):
+        if not refused:
+            refused.append(words)
+            raise KeyboardInterrupt
+        return real(device, *words)
+
+    monkeypatch.setattr(Device, "kernel", refuse_once)
+    with pytest.raises(KeyboardInterrupt):
+        surface_made(face_at(points()), dark)
+    assert_same(face_at(points()), dark)
+    assert_same(face_at(points()), frame)
+
+
 @settings(max_examples=20, deadline=None)
 @given(
     st.floats(0.1, 1.5), st.floats(-180, 180), st.floats(-0.4, 0.4), st.sampled_from([0.2, 1, 1.6])

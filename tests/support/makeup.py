@@ -255,7 +255,7 @@ def paint_planes(scene: FrameScene, look: Look) -> list[np.ndarray]:
     """The painted planes; the scene's frame is restored, so a test can use the scene again."""
     frame = scene.frame
     fresh = av.VideoFrame(frame.width_px, frame.height_px, frame.pix_fmt)
-    target = Frame(fresh, frame.pts, frame.time_base, frame.tags)
+    target = replace(frame, picture=fresh)
     for new, old in zip(target.writable_planes(), frame.planes, strict=True):
         new[:] = old
     painter().set_look(look)

@@ -161,8 +161,9 @@ def test_a_dropped_photo_gives_its_look(live, visit):
     assert page.page.is_visible("#photo-slot img")
     page.until(lambda: not is_red(page.lips()))  # the lips turn berry
     page.page.fill("#lips-panel .hex", BLUE)
+    page.page.fill("#name", "blue evening")
     page.page.click("#reset")
-    assert page.look() == look
+    assert page.look() == look and page.page.input_value("#name") == "evening"
     page.page.fill("#lips-panel .hex", BLUE)
     page.until(lambda: is_blue(page.lips()))  # the server has it
     page.until(lambda: page.page.inner_text("#changed-words") == "Changed since: lips: colour")

@@ -139,6 +139,19 @@ def test_a_kept_look_under_another_name_is_renamed(page):
     assert len(names(page.page)) == READY
 
 
+def test_a_ready_look_that_is_kept_stands_in_front_only(page):
+    ready = names(page.page)
+    page.page.locator("#ready .thumbs button").nth(2).click()
+    page.page.click("#keep-look")
+    kept_first = [ready[2], *ready[:2], *ready[3:]]
+    assert names(page.page) == kept_first
+    reload(page)
+    page.until(lambda: names(page.page) == kept_first)
+    page.page.locator("#ready .thumbs button").first.click()
+    page.page.click("#keep-look")
+    assert names(page.page) == ready
+
+
 COUNT_URLS = """() => {
     const [make, free] = [URL.createObjectURL, URL.revokeObjectURL];
     window.urls = new Set();

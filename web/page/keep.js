@@ -66,7 +66,7 @@ export async function openLook(file, send) {
 export function wireKeep(store, session, send) {
   byId("undo").onclick = () => store.undo();
   byId("redo").onclick = () => store.redo();
-  byId("reset").onclick = () => store.isPhotoLook || store.replace(store.photoLook);
+  byId("reset").onclick = () => store.backToPhoto();
   byId("save-look").onclick = () => {
     if (store.look === null) return; // not connected yet
     download(new Blob([lookFile(store.look)], { type: "application/json" }), "json");

@@ -55,7 +55,7 @@ export function lookFile(look) {
 /** Fires "change" for each new look or name. The objects of `look` are never changed in place. */
 export class LookStore extends EventTarget {
   look = null;
-  photoLook = null; // the look that was last read from a photo
+  #photo = null; // {name, look}: the photo whose look was last read
   #send;
   #sendScheduled = false;
   #count = 0; // of our own looks on this connection, including the look about to be sent
@@ -91,6 +91,14 @@ export class LookStore extends EventTarget {
     return this.#future.length > 0;
   }
 
+  get photo() {
+    return this.#photo;
+  }
+
+  get photoLook() {
+    return this.#photo?.look ?? null;
+  }
+
   get isPhotoLook() {
     return this.photoLook === null || sameLook(this.photoLook, this.look);
   }
@@ -105,9 +113,9 @@ export class LookStore extends EventTarget {
     this.#seen = seen ?? 0;
   }
 
-  /** Take the first look of a connection, and the look that was last read from a photo. */
-  start(look, photoLook) {
-    this.photoLook = photoLook;
+  /** Take the first look of a connection, and the photo whose look was last read, if any. */
+  start(look, photo) {
+    this.#photo = photo;
     this.#count = this.#seen = 0;
     this.#sendScheduled = false;
     this.#awaited = null;
@@ -150,6 +158,11 @@ export class LookStore extends EventTarget {
     this.#put(structuredClone(look));
   }
 
+  /** Wear the photo's look again, under the photo's name. */
+  backToPhoto() {
+    if (!this.isPhotoLook) this.replace(this.photoLook, nameAfter(this.#photo.name));
+  }
+
   /** Note that the look of a file was sent. The look that the server returns is named after it. */
   expect(file, look) {
     this.#awaited = { file, look };
@@ -172,7 +185,7 @@ export class LookStore extends EventTarget {
    * seen: how many of our looks the server had received by then; newer ones win over this look.
    */
   receive(look, photo, seen) {
-    if (photo) this.photoLook = photo.look;
+    if (photo) this.#photo = photo;
     this.confirm(seen);
     if (this.isUnconfirmed) {
       if (photo) this.#show(this.look); // the page can now return to the photo's look

@@ -138,7 +138,10 @@ export class Looks {
   /** Make the buttons; buttons that exist already keep their pictures. */
   #fill() {
     const isNew = ({ look }) => !this.#kept.some((one) => sameLook(one.look, look));
-    const all = [...this.#kept, ...this.#recent.filter(isNew), ...this.#ready];
+    const isKept = ({ name, look }) =>
+      this.#kept.some((one) => one.name === name && sameLook(one.look, look));
+    const ready = this.#ready.filter((one) => !isKept(one));
+    const all = [...this.#kept, ...this.#recent.filter(isNew), ...ready];
     const before = this.#shown;
     this.#shown = all.map(
       (one) =>

@@ -100,8 +100,8 @@ function welcome(message) {
   document.body.dataset.mode = hello.mode;
   byId("mirror-button").hidden = hello.mode === "demo"; // only useful with a camera
   if (hello.mode === "live") askForCameras();
-  const photoLook = forgotten ? store.photoLook : (hello.photo?.look ?? null);
-  store.start(isMine ? store.look : hello.look, photoLook);
+  const photo = forgotten ? store.photo : (hello.photo ?? null);
+  store.start(isMine ? store.look : hello.look, photo);
   if (isFirst) nameFirst();
   controls ??= new Controls(hello, store, shades, openShades);
   photos.start(hello);

@@ -124,7 +124,7 @@ class DeviceCamera:
         self._newest: Frame | None = None
         self._counts_dropped = False  # from the call of `frames` on
         self._failure: Exception | None = None
-        self._has_ended_well = False  # whether a JPEG of this camera has had an end marker
+        self._has_ended_well = False  # whether a JPEG of this container has had an end marker
         container = self._open()
         self._log_mode(container)
         self._thread = Thread(
@@ -215,6 +215,7 @@ class DeviceCamera:
         context = video.codec_context
         context.thread_count = 1  # with more threads, the decoder would hold pictures back
         freshness = Freshness()
+        self._has_ended_well = False  # another camera may have been plugged in
         independent = context.name in ("mjpeg", "rawvideo")  # other codecs need every packet
         began = time.monotonic()
         for packet in self._packets(container, video):

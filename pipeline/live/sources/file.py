@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Generator
+from itertools import chain
 from threading import Event
 from typing import Any
 
@@ -17,6 +18,7 @@ _GAP_SECONDS = 10.0  # a longer gap between two frames is an error in the file's
 _LEAST_SECONDS = 1e-4  # the shortest time from a frame to the next
 _LATE_FRAMES = 3  # a frame that is late by more frames than this is dropped, as a camera would do
 _FAR_BEHIND_SECONDS = 1.0  # beyond this delay, decoding skips to a key frame that is not yet due
+_LONGEST_GOP = 300  # packets from one key frame to the next; in a longer GOP, nothing is skipped
 
 
 class Timeline:
@@ -89,7 +91,9 @@ class FileCamera:
         self._closing = Event()
         self._timeline = Timeline(float(1 / source.rate))
         self._began: float | None = None  # the monotonic time when the first frame was due
+        self._pass = 0  # of the last decoded picture; `turn` is that of the last due one
         self._is_far_behind = False
+        self._plays_on_late = False  # nothing could be skipped: the next frame is due at once
 
     def close(self) -> None:
         self._closing.set()
@@ -105,18 +109,21 @@ class FileCamera:
         InputError when the file cannot be opened for another pass.
         """
         for picture, seconds in self._pictures():
-            if self._began is None:
+            if self._began is None or self._plays_on_late:
                 self._began = time.monotonic() - seconds
-            due = self._began + seconds
-            in_file = self._seconds(picture)
+                self._plays_on_late = False
+            due, in_file, number = self._began + seconds, self._seconds(picture), self._pass
+            frame = None if self._leaves_out(due) else self._normalise(picture, due)
+            if frame is not None and self._closing.wait(max(0.0, due - time.monotonic())):
+                return
+            # not sooner: the sound under the last picture of a pass still plays
+            if number != self.turn:
+                self.zero_seconds = None  # first: the last pass's sound must not take the new zero
+                self.turn = number
             if in_file is not None:
                 self.zero_seconds = due - in_file
-            if self._leaves_out(due):
-                continue
-            frame = self._normalise(picture, due)
-            if self._closing.wait(max(0.0, due - time.monotonic())):
-                return
-            if not self._leaves_out(due):  # the process may have been suspended meanwhile
+            # the process may have been suspended while it waited
+            if frame is not None and not self._leaves_out(due):
                 yield frame
 
     def _leaves_out(self, due: float) -> bool:
@@ -133,8 +140,7 @@ class FileCamera:
         following: VideoSource | None = None
         while not self._closing.is_set():
             self._timeline.begin_pass()
-            self.zero_seconds = None
-            self.turn += 1
+            self._pass += 1
             count = 0
             try:
                 for picture in self._one_pass():
@@ -148,7 +154,7 @@ class FileCamera:
                 self._source.close()
                 if following is not None and self._closing.is_set():
                     following.close()
-            if not (count or self._is_far_behind or self._closing.is_set()):
+            if not (count or self._closing.is_set()):
                 raise DecodeError(
                     f"{self._source.path}: no frame could be decoded. Give a file that plays."
                 )
@@ -163,32 +169,54 @@ class FileCamera:
     def _one_pass(self) -> Generator[av.VideoFrame, None, None]:
         context = self._source.video.codec_context
         context.thread_type, context.thread_count = "AUTO", max(1, cores() // 2)
+        packets = self._packets()
+        for packet in packets:
+            for one in (
+                self._caught_up(packet, packets, context) if self._is_far_behind else [packet]
+            ):
+                try:
+                    yield from context.decode(one)
+                except av.FFmpegError:
+                    self.damaged += 1
+
+    def _packets(self) -> Generator[Any, None, None]:
+        """The packets of a pass, until `close`. A file that is cut short ends at the cut."""
         packets = packets_of(self._source.container, self._source.video)
         while not self._closing.is_set():
             try:
                 packet = next(packets, None)
             except av.FFmpegError:
                 self.damaged += 1
-                return  # a file that is cut short ends here
+                return
             if packet is None:
                 return
-            if self._is_far_behind and not self._catches_up(packet, context):
-                continue
-            try:
-                yield from context.decode(packet)
-            except av.FFmpegError:
-                self.damaged += 1
+            yield packet
 
-    def _catches_up(self, packet: Any, context: Any) -> bool:
-        """True for the packet where decoding can go on: a key frame that is not yet due."""
-        if not packet.size:
-            return False
+    def _caught_up(self, first: Any, rest: Generator[Any, None, None], context: Any) -> list[Any]:
+        """The packets with which decoding goes on.
+
+        That is the next key frame that is not yet due, and what comes before it is left out.
+        Without one in the rest of the pass, or in a long GOP, the file plays on late, from the last
+        key frame or from where it was: otherwise nothing would be shown from here on.
+        """
+        self._is_far_behind = False
         assert self._began is not None  # a frame was late, so a first frame was due
-        seconds = self._seconds(packet)
-        if packet.is_keyframe and self._began + self._timeline.due(seconds) >= time.monotonic():
-            context.flush_buffers()
-            self._is_far_behind = False
-            return True
-        self._timeline(seconds, float((packet.duration or 0) * packet.time_base))
-        self.dropped += 1
-        return False
+        held: list[Any] = []
+        for packet in chain([first], rest):
+            if packet.is_keyframe and packet.size:
+                self._leave_out(held)
+                held.clear()
+                context.flush_buffers()
+                if self._began + self._timeline.due(self._seconds(packet)) >= time.monotonic():
+                    return [packet]
+            held.append(packet)
+            if len(held) > _LONGEST_GOP:
+                break
+        self._plays_on_late = True
+        return held
+
+    def _leave_out(self, packets: list[Any]) -> None:
+        for packet in packets:
+            length = float((packet.duration or 0) * packet.time_base)
+            self._timeline(self._seconds(packet), length)
+        self.dropped += len(packets)

@@ -1,5 +1,6 @@
 """The sound of a file that is played as the camera, in step with its pictures."""
 
+import math
 import time
 from collections.abc import Generator
 from contextlib import suppress
@@ -12,6 +13,7 @@ from makeup_video.pipeline.live.sound import RATE, SoundBlock
 from makeup_video.pipeline.media.input_file import lacks_format, open_container, packets_of
 
 _POLL_SECONDS = 0.005
+_SEEK_SECONDS = 1.0  # sound this much older than what is due now is not even decoded
 _CHANNELS = {1: "mono", 2: "stereo"}
 
 
@@ -58,10 +60,14 @@ class FileSound:
     def _one_turn(self, turn: int) -> Generator[SoundBlock, None, None]:
         resampler = av.AudioResampler("fltp", _CHANNELS[self.channels], RATE)
         with open_container(self._path) as container:
+            least = self._past_seconds(turn)
+            _seek(container, least)
             for frame in _frames(container):
                 if frame.pts is None or frame.time_base is None:
                     continue
                 seconds = float(frame.pts * frame.time_base)
+                if seconds < least:
+                    continue
                 for piece in resampler.resample(frame):
                     samples = piece.to_ndarray()
                     zero = self._zero_of(turn)
@@ -72,6 +78,11 @@ class FileSound:
                         return
                     yield SoundBlock(samples, due, is_exact=True)
                     seconds += samples.shape[1] / RATE
+
+    def _past_seconds(self, turn: int) -> float:
+        """A time in the file shortly before what is due now: a recording may begin late."""
+        zero = self._zero_of(turn)
+        return -math.inf if zero is None else time.monotonic() - zero - _SEEK_SECONDS
 
     def _zero_of(self, turn: int) -> float | None:
         zero = self._playing.zero_seconds
@@ -90,6 +101,13 @@ def _sound_in(container: Any) -> Any:
         if stream.codec_context is not None and not lacks_format(stream):
             return stream
     return None
+
+
+def _seek(container: Any, seconds: float) -> None:
+    """Go to a time of the file, or a little before; a file that cannot seek stays where it is."""
+    if seconds > (container.start_time or 0) / av.time_base:
+        with suppress(av.FFmpegError):
+            container.seek(round(seconds * av.time_base))
 
 
 def _frames(container: Any) -> Generator[av.AudioFrame, None, None]:

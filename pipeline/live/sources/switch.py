@@ -32,7 +32,7 @@ class CameraSwitch:
         self._changed = Condition()
         self._is_switching = self._is_closed = self._is_lost = False
         self._opening = Lock()
-        self._dropped_before = 0  # frames dropped by cameras that are closed now
+        self._dropped_before = self._damaged_before = 0  # of cameras that are closed now
         self.changes = 0
 
     def choose(self, name: str, size: str) -> None:
@@ -83,6 +83,7 @@ class CameraSwitch:
         camera = open_source(settings, self._log)
         with self._changed:
             self._dropped_before += self._camera.dropped
+            self._damaged_before += self._camera.damaged
             self._camera, self._settings, self._is_lost = camera, settings, False
             self.changes += 1
             if self._is_closed:
@@ -155,3 +156,8 @@ class CameraSwitch:
     def dropped(self) -> int:
         """Number of frames, over all cameras, that arrived and were never handed out."""
         return self._dropped_before + self._camera.dropped
+
+    @property
+    def damaged(self) -> int:
+        """Number of pictures, over all cameras, that could not be decoded."""
+        return self._damaged_before + self._camera.damaged

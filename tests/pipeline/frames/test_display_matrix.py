@@ -2,7 +2,7 @@
 
 import av
 import pytest
-from makeup_video.pipeline.frames.display_matrix import turn_of
+from makeup_video.pipeline.frames.display_matrix import turn_and_mirror_of, turn_of
 from media import add_video, encode_frames
 
 
@@ -20,5 +20,6 @@ def test_a_mirrored_video_is_turned_as_before_it_was_mirrored(tmp_path, degrees,
         picture = next(container.decode(video=0))
     upside_down = degrees is not None and vflip  # vflip is a half turn and a mirror image
     assert turn_of(picture) == ((degrees or 0) + 180 * upside_down) % 360
+    assert turn_and_mirror_of(picture)[1] == (degrees is not None and hflip != vflip)
     if not (hflip or vflip):
         assert turn_of(picture) == round(picture.rotation) % 360

@@ -13,7 +13,7 @@ from makeup_video.pipeline import InputError, PhotoError
 from makeup_video.pipeline.images import photo_file
 from makeup_video.pipeline.images.photo_file import read_photo
 from media import make_clip
-from PIL import ExifTags, Image, TiffImagePlugin
+from PIL import ExifTags, Image, PngImagePlugin, TiffImagePlugin
 from PIL.TiffImagePlugin import IFDRational
 
 PIXELS = np.random.default_rng(0).integers(0, 255, (20, 30, 3)).astype(np.uint8)
@@ -35,6 +35,23 @@ def tiff(tag, kind, value):
 @pytest.mark.parametrize("tag", [ExifTags.Base.InterColorProfile, ExifTags.Base.Orientation])
 def test_a_tag_of_the_wrong_type_is_ignored(tag, kind, value):
     np.testing.assert_array_equal(read_photo(tiff(tag, kind, value)), PIXELS)
+
+
+@pytest.mark.parametrize("end", ["jpg", "png", "webp", "avif", "tif"])
+def test_xmp_does_not_turn_a_photo(tmp_path, end):
+    """Viewers go by EXIF alone, and so do painting and `inspect`."""
+    rgb8 = np.full((40, 64, 3), (180, 90, 60), np.uint8)
+    xmp = b'<x:xmpmeta xmlns:x="adobe:ns:meta/"><a tiff:Orientation="6"/></x:xmpmeta>'
+    options = {"xmp": xmp}
+    if end == "png":
+        options = {"pnginfo": PngImagePlugin.PngInfo()}
+        options["pnginfo"].add_itxt("XML:com.adobe.xmp", xmp.decode())
+    if end == "tif":
+        options = {"tiffinfo": {700: xmp}}
+    Image.fromarray(rgb8).save(tmp_path / f"in.{end}", **options)
+    with Image.open(tmp_path / f"in.{end}") as picture:
+        assert picture.getexif().get(0x0112) == 6  # Pillow does
+    assert read_photo(tmp_path / f"in.{end}").shape == rgb8.shape
 
 
 def test_an_orientation_may_be_a_fraction():

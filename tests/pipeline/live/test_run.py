@@ -1,6 +1,7 @@
 """Live runs with a camera that waits for the painter, so drops do not depend on the machine."""
 
 import threading
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ RED, BLUE = (Look(lips=product(rgb, "matte")) for rgb in ((200, 0, 30), (20, 40,
 class Camera:
     """A camera that gives the next frame after the last one is painted."""
 
-    notice, dropped = "", 0
+    notice, dropped, damaged = "", 0, 0
 
     def __init__(self, count, before_frame=lambda number: None):
         self.count, self.before_frame = count, before_frame
@@ -130,15 +131,35 @@ def test_figures_count_what_was_painted_and_what_sinks_took():
     run = LiveRun(camera, RED, [sink])
     before = run.figures()
     assert (before.pictures, before.fps, before.latency_ms) == (0, 0.0, None)
-    camera.notice = "the camera is gone"
+    camera.notice, camera.damaged = "the camera is gone", 3
     run.run()
     after = run.figures()
-    assert (after.pictures, after.dropped) == (5, 0)
+    assert (after.pictures, after.dropped, after.damaged) == (5, 0, 3)
     assert after.latency_ms >= 0
     assert [(s.name, s.pictures, s.dropped) for s in after.sinks] == [("list", 5, 0)]
     assert after.notice == "the camera is gone"
     sink.notice = "rtmp://host does not answer"
     assert run.figures().notice == "the camera is gone; rtmp://host does not answer"
+
+
+def outlet(name, kind, error=None):
+    sink = SimpleNamespace(name=name, kind=kind, notice="")
+    return SimpleNamespace(sink=sink, error=error)
+
+
+@pytest.mark.parametrize(
+    ("outlets", "notice"),
+    [
+        ([outlet("a", "recording", "full")], "a: full"),
+        ([outlet("a", "recording", "full"), outlet("b", "recording")], ""),
+        ([outlet("a", "recording"), outlet("b", "recording", "full")], "b: full"),
+        ([outlet("a", "stream", "refused"), outlet("b", "stream")], "a: refused"),
+    ],
+)
+def test_a_failed_recording_is_told_until_a_later_one_works(outlets, notice):
+    run = LiveRun(Camera(1), RED, [])
+    run._runner.outlets = outlets
+    assert run._notice() == notice
 
 
 def test_pictures_that_a_sink_threw_away_do_not_count_as_sent():

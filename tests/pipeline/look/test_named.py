@@ -125,6 +125,8 @@ def test_look_files_of_a_folder_or_a_pattern(tmp_path):
         (tmp_path / name).write_text("{}")
     assert [path.name for path in look_files(str(tmp_path))] == ["a.JSON", "b.json"]
     assert [path.name for path in look_files(f"{tmp_path}/*.json")] == ["b.json"]
+    (tmp_path / "red[1].json").write_text("{}")  # as browsers name a second download
+    assert look_files(f"{tmp_path}/red[1].json") == [tmp_path / "red[1].json"]
     (tmp_path / "empty").mkdir()
     nothing = "is no folder, and no look file"
     for place, message in (("empty", "has no look"), ("no/*.json", nothing), ("em*", nothing)):

@@ -83,7 +83,8 @@ def test_a_face_is_upright_under_every_orientation(tmp_path, orientation):
     src = write(tmp_path / "in.png", np.ascontiguousarray(stored), {EXIF: exif(orientation)})
     np.testing.assert_array_equal(cv2.imread(str(src)), upright)
     pixels, metadata = read_picture(src)
-    frame = to_frame(pixels, exif_orientation(metadata[EXIF]).turn_degrees)
+    frame = to_frame(pixels, exif_orientation(metadata[EXIF]))
+    assert frame.is_mirrored == (orientation in (2, 4, 5, 7))
     (face,) = find_faces_in_frame(frame)[0].faces
     xy = face.points_px[:, :2].astype(int)
     turned = np.zeros(pixels.shape[:2], np.uint8)

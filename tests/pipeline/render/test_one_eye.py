@@ -1,5 +1,7 @@
 """Eyeshadow that one eye alone wears."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -37,6 +39,14 @@ def test_the_other_eye_stays_bare(eye, slot):
     worn = ["right", "left"].index(eye)
     assert (one[worn] == both[worn]).all() and (one[worn] != bare[worn]).any()
     assert (one[1 - worn] == bare[1 - worn]).all()
+
+
+@pytest.mark.parametrize("slot", SLOTS)
+def test_in_a_mirrored_picture_each_eye_is_still_the_wearers(slot):
+    scene, look = close_up_scene(), Look([shadow(GREEN, "right", slot)])
+    scene = replace(scene, frame=replace(scene.frame, is_mirrored=True))
+    got = np.stack([plane.astype(int) for plane in paint_planes(scene, look)])
+    assert (got == painted(shadow(GREEN, "left", slot))).all()
 
 
 @settings(max_examples=10, deadline=None)

@@ -1,5 +1,7 @@
 """The measured noise of a face's readings, and its removal by smoothing."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from heads import (
@@ -19,7 +21,7 @@ from makeup_video.pipeline.smoothing.face_space import POSE_PART
 from makeup_video.pipeline.smoothing.lookahead import SmoothAhead
 from makeup_video.pipeline.smoothing.noise_level import NoiseLevel
 from makeup_video.pipeline.smoothing.realtime import SmoothLive
-from noisy_heads import STAGES, measure_noise, noise_px
+from noisy_heads import SMALL, STAGES, measure_noise, noise_px
 
 
 @pytest.mark.parametrize("share_of_iod", [0.001, 0.004])
@@ -49,6 +51,17 @@ def test_moments_far_apart_do_not_change_the_noise_level():
     points = HEAD_PX[0] + rng.normal(0, 2, (20, 478, 2))
     _, _, level = measure_noise(points, np.arange(20) / 4)
     assert (level.variance() == NoiseLevel().variance()).all()
+
+
+@pytest.mark.parametrize("stage", STAGES)
+@pytest.mark.parametrize("start", range(0, 150, 30))
+def test_at_ten_frames_a_second_speech_is_not_smoothed_away(stage, start):
+    """Few frames of speech look like noise, at a face's first moments above all."""
+    true = HEAD_PX[start::3][:40]
+    noise = noise_px(len(true), 0.001)
+    frames = frames_of([face(p, logits=SMALL) for p in true + noise], Fraction(1, 10))
+    error = xy_px(run_stage(stage(), frames)) - true
+    assert rms(error, LIPS) < 1.15 * rms(noise, LIPS)
 
 
 @pytest.mark.parametrize("share_of_iod", [0.001, 0.004])

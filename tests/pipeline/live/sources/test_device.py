@@ -13,6 +13,14 @@ from makeup_video.pipeline.live.sources.device import attempts
 from makeup_video.pipeline.live.sources.normalise import NormaliseCamera
 
 
+class Endless(FakeDevice):
+    """A camera whose JPEGs lack the end marker."""
+
+    def changed(self, packet):
+        data = bytes(packet)
+        return av.Packet(data[: data.rfind(b"\xff\xd9")])
+
+
 def test_mjpeg_is_tried_before_raw_pixels_and_then_anything():
     wish = device.CameraRequest("1280x720", 30, None)
     tried = attempts(wish, "v4l2")
@@ -173,6 +181,17 @@ def test_damaged_jpegs_are_counted_and_skipped(tmp_path, plug):
     assert camera.damaged == 3 and camera.dropped == 4  # of five good frames, only the newest waits
     frame = next(frames)
     assert (frame.pix_fmt, frame.tags.range) == ("yuv420p", 2)
+    stay.set()
+    camera.close()
+
+
+def test_a_camera_in_place_of_another_may_omit_end_markers(tmp_path, plug, monkeypatch):
+    monkeypatch.setattr(device, "cameras_found", lambda: ["/dev/video0"])
+    stay = threading.Event()
+    plug(FakeDevice(mjpeg(tmp_path), unplugged), Endless(mjpeg(tmp_path, "b.avi"), stay.wait))
+    back = threading.Event()
+    camera = open_source(settings(name=None), lambda line: "back" in line and back.set())
+    assert back.wait(20) and camera.damaged == 0
     stay.set()
     camera.close()
 

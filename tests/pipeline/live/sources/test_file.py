@@ -110,6 +110,36 @@ def test_a_file_catches_up_after_a_stall(tmp_path, monkeypatch, began):
     assert len(later) + 1 + camera.dropped == 60
 
 
+@pytest.mark.parametrize(
+    "frames", [60, 400]
+)  # the second is longer than the search for a key frame
+def test_with_a_single_key_frame_a_file_plays_on_late(tmp_path, monkeypatch, frames):
+    path = make_clip(tmp_path / "in.mp4", frames=frames, options={"g": "9999"})
+    now = [100.0]
+    monkeypatch.setattr(file.time, "monotonic", lambda: now[0])
+    camera = open_source(CameraSettings(name=str(path)), pytest.fail)
+    camera._closing = FakeWait(now)
+    playing = camera.frames()
+    next(playing)
+    now[0] += 1.5
+    later = [frame.seconds for frame in playing]
+    assert len(later) + 1 + camera.dropped == frames and camera.dropped < 15
+    assert later[0] >= 101.5 and np.diff(later) == pytest.approx(1 / 30, abs=1e-3)
+
+
+def test_a_pass_lasts_until_the_next_begins(tmp_path, monkeypatch):
+    """The sound asks which pass plays, even under a last frame that stays for long."""
+    path = make_clip(tmp_path / "in.mp4", pts=[0, 30, 60], time_base=Fraction(1, 30))
+    now, turns = [100.0], []
+    monkeypatch.setattr(file.time, "monotonic", lambda: now[0])
+    camera = open_source(CameraSettings(name=str(path), loop=True), pytest.fail)
+    camera._closing = FakeWait(now, lambda: turns.append(camera.turn))
+    given = [(camera.turn, camera.zero_seconds) for _ in itertools.islice(camera.frames(), 7)]
+    length = given[3][1] - given[2][1]
+    assert [turn for turn, _ in given] == [1, 1, 1, 2, 2, 2, 3] and length >= 2
+    assert turns == [0, 1, 1, 1, 2, 2, 2]  # while the frames of `given` are waited for
+
+
 def test_a_frame_due_while_the_process_stood_still_is_dropped(tmp_path, monkeypatch):
     path, now = make_clip(tmp_path / "in.mp4", frames=6), [100.0]
     monkeypatch.setattr(file.time, "monotonic", lambda: now[0])
@@ -125,14 +155,15 @@ def test_a_frame_due_while_the_process_stood_still_is_dropped(tmp_path, monkeypa
 class FakeWait:
     """An Event for a clock that moves only during waits, and once by too much."""
 
-    def __init__(self, now):
-        self.now = now
+    def __init__(self, now, while_waiting=lambda: None):
+        self.now, self.while_waiting = now, while_waiting
         self.stands_still = 0.0
 
     def is_set(self):
         return False
 
     def wait(self, seconds):
+        self.while_waiting()
         self.now[0] += seconds + self.stands_still
         self.stands_still = 0.0
         return False

@@ -1,5 +1,6 @@
 """Sources of sound: a file that plays as the camera, and a microphone."""
 
+import itertools
 import subprocess
 import sys
 import time
@@ -15,8 +16,9 @@ from makeup_video.pipeline import InputError
 from makeup_video.pipeline.live.interfaces import LivePicture
 from makeup_video.pipeline.live.sinks.recording import Recording
 from makeup_video.pipeline.live.sound import RATE, LiveSound
-from makeup_video.pipeline.live.sources import microphone
+from makeup_video.pipeline.live.sources import file_sound, microphone
 from makeup_video.pipeline.live.sources.camera import CameraSettings, open_source
+from makeup_video.pipeline.live.sources.file_sound import FileSound
 from makeup_video.pipeline.live.sources.microphone import Microphone, microphones_found
 from media import make_clip
 
@@ -53,6 +55,43 @@ def test_further_passes_are_in_step_too(tmp_path):
     assert len(flashes) >= 2
     for flash in flashes[:-1]:  # the run may end between the last flash and its clap
         assert min(abs(clap - flash) for clap in claps) < 0.020
+
+
+def test_sound_that_is_asked_for_late_begins_with_the_present(tmp_path):
+    clip = clap_clip(tmp_path / "clap.mp4", 30)
+    playing = SimpleNamespace(turn=1, zero_seconds=time.monotonic() - 20)
+    sound = FileSound(clip, playing)
+    blocks = list(itertools.islice(sound.blocks(), 150))
+    begins = [block.begins_seconds - playing.zero_seconds for block in blocks]
+    assert 18 < begins[0] < 20 < begins[-1]
+    loud = [at for at, block in zip(begins, blocks, strict=True) if abs(block.samples).max() > 0.3]
+    assert min(abs(at - 20) for at in loud) < 0.05  # the clap at 20 s
+
+
+def test_a_file_that_cannot_seek_plays_its_sound_on(tmp_path, monkeypatch):
+    clip = clap_clip(tmp_path / "clap.mp4", 4)
+    monkeypatch.setattr(file_sound, "open_container", lambda path: NoSeek(av.open(str(path))))
+    sound = FileSound(clip, SimpleNamespace(turn=1, zero_seconds=time.monotonic() - 2.5))
+    assert next(sound.blocks()).begins_seconds > time.monotonic() - 1.1
+
+
+class NoSeek:
+    """A container whose file cannot seek."""
+
+    def __init__(self, container):
+        self._container = container
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._container.close()
+
+    def __getattr__(self, name):
+        return getattr(self._container, name)
+
+    def seek(self, offset):
+        raise av.PermissionError(1, "cannot seek")
 
 
 def test_a_video_without_sound_gives_none(tmp_path):

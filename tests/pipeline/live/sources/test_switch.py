@@ -138,7 +138,7 @@ def test_a_choice_that_waits_for_another_counts_as_a_change(monkeypatch):
         def close():
             changing[settings.name] = switch._is_switching
 
-        return SimpleNamespace(name=settings.name, path=None, dropped=0, close=close)
+        return SimpleNamespace(name=settings.name, path=None, dropped=0, damaged=0, close=close)
 
     monkeypatch.setattr(switch_module, "Lock", Opening)
     monkeypatch.setattr(switch_module, "open_source", open_source)
