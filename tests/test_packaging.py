@@ -67,6 +67,7 @@ def test_only_the_listed_modules_use_threads():
         "live/sources/file_sound.py",  # the same
         "live/sources/switch.py",  # waits for a camera that is being exchanged
         "live/sound.py",  # reads the microphone while pictures are painted
+        "media/input_file.py",  # a lock: FFmpeg has one level of log for all
         "media/mux.py",  # the file's lock
         "reference/cheeks.py",  # a lock: one thread at a time
         "reference/nets.py",  # loads nets while the photo is decoded

@@ -84,6 +84,11 @@ class Journal:
         entry = self._entries.get(self._name(look.output))
         return entry if entry is not None and entry["key"] == self._key(job, look) else None
 
+    def finished(self, output: str) -> Entry | None:
+        """The last line about an output, if it says that the output is done."""
+        entry = self._entries.get(self._name(output))
+        return entry if entry is not None and entry["event"] == "done" else None
+
     def knows(self, output: str) -> bool:
         """True for an output that the batch has begun to write, whatever its look and input."""
         return self._name(output) in self._entries

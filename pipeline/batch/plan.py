@@ -54,13 +54,18 @@ def plan_batch(jobs: Iterable[Job], journal: Journal, *, retry: bool, overwrite:
     plan = BatchPlan()
     for job in jobs:
         left, hopeless = set(), set()
+        is_gone = identity(job.source) is None
         for look in job.looks:
-            entry = journal.entry(job, look)
+            # an input may be archived once its outputs are done
+            entry = journal.finished(look.output) if is_gone else journal.entry(job, look)
             result = None if entry is None else _known(job, look, entry, journal, retry=retry)
             if isinstance(result, _Changed) and not overwrite:
                 result = Failed(look.output, result.error)
             if isinstance(result, Done | Failed):
                 plan.known[look.output] = result
+                continue
+            if is_gone:
+                left.add(look.output)  # fails alone
                 continue
             if entry is not None:
                 _remove_part(part_of(Path(look.output)))

@@ -26,6 +26,11 @@ class Clip:
         """True when nothing moves and nothing is dropped."""
         return self.start is None and self.end is None and not self.shift
 
+    def is_after(self, packet: Any) -> bool:
+        """True for a packet from the clip's end on."""
+        time = packet.pts if packet.pts is not None else packet.dts
+        return self.end is not None and time is not None and time * packet.time_base >= self.end
+
     def take(self, packet: Any) -> bool:
         """Move a packet into the clip's time; False when the packet lies outside.
 
@@ -37,7 +42,7 @@ class Clip:
             return True
         base, is_text = packet.time_base, packet.stream.type == "subtitle"
         seconds = time * base
-        if self.end is not None and seconds >= self.end:
+        if self.is_after(packet):
             return False
         stop = seconds + (packet.duration or 0) * base
         is_before = stop <= self.shift if is_text else seconds < self.shift

@@ -42,11 +42,13 @@ def _length_seconds(source: VideoSource) -> Fraction | None:
 def _has_packets_at(source: VideoSource, seconds: Fraction) -> bool:
     """True when the video goes on at that time of the container's clock."""
     try:
-        source.container.seek(int(seconds / source.time_base), stream=source.video)
+        again = source.open_again()  # the caller reads on from where it is
+        video = again.streams[source.video.index]
+        again.seek(int(seconds / source.time_base), stream=video)
         return any(
             packet.pts is not None
             and (packet.pts + (packet.duration or 0)) * packet.time_base > seconds
-            for packet in packets_of(source.container, source.video)
+            for packet in packets_of(again, video)
         )
     except av.FFmpegError:
         return True  # decoding will show

@@ -2,6 +2,7 @@
 
 import logging
 import re
+import threading
 from collections.abc import Generator
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -31,6 +32,7 @@ _LOOK_FURTHER = {
 }
 _STREAM_LINE = re.compile(r"^ *Stream #0:(\d+)\S*: (\w+): ([^\s,]+)", re.MULTILINE)
 logging.getLogger("libav").addHandler(logging.NullHandler())  # else Python prints PyAV's warnings
+_log_level = threading.Lock()  # held while FFmpeg's level, a global, is another
 _FREE_CLOCKS = "mpegts", "mpeg"  # containers whose clock may begin at any time
 _FAKE_RATE = 240  # FFmpeg guesses rates such as 1000 or 90000 for files of variable frame rate
 
@@ -202,12 +204,13 @@ def late_streams(container: Any) -> list[str]:
     mpegts, FLV and MPEG may announce a stream anywhere. PyAV neither lists such a stream nor
     returns its packets; only FFmpeg's own description of the file shows it.
     """
-    level = av.logging.get_level()
-    av.logging.set_level(av.logging.INFO)
-    try:
-        text = container.dumps_format()
-    finally:
-        av.logging.set_level(level)
+    with _log_level:
+        level = av.logging.get_level()
+        av.logging.set_level(av.logging.INFO)
+        try:
+            text = container.dumps_format()
+        finally:
+            av.logging.set_level(level)
     known = len(container.streams)
     found = [(int(number), kind, codec) for number, kind, codec in _STREAM_LINE.findall(text)]
     return [f"{kind.lower()} #{index} ({codec})" for index, kind, codec in found if index >= known]

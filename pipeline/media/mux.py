@@ -61,7 +61,8 @@ class Muxer:
         self._covers: set[int] = set()
         self._last_dts: dict[int, int] = {}  # of the packets copied, by stream of the source
         self._begun: set[int] = set()  # other video tracks that had a key frame
-        self._headless: set[str] = set()
+        self._over: set[int] = set()  # other video tracks that have reached the excerpt's end
+        self._cut_off: set[str] = set()  # lines about what such tracks lose to the excerpt
         # packets that came before the header, and whether each is hidden; None after the header
         self._waiting: list[tuple[Any, bool]] | None = []
         self._lock = threading.Lock()
@@ -173,7 +174,7 @@ class Muxer:
 
     def _copy(self, packet: Any, is_hidden: bool) -> None:
         route = self._others.route(packet.stream.index)
-        if route is None or not self._clip.take(packet) or self._is_undecodable(packet):
+        if route is None or not self._is_in_clip(packet) or self._is_undecodable(packet):
             return
         stream, convert = route
         if packet.stream.name == "mov_text" and packet.size <= 2:
@@ -186,6 +187,17 @@ class Muxer:
         elif self.format in MATROSKA and is_hidden and _is_before_0(packet):
             return
         self._mux_others(stream, packets)
+
+    def _is_in_clip(self, packet: Any) -> bool:
+        """Move a packet into the excerpt's time; False when it lies outside."""
+        stream, is_after = packet.stream, self._clip.is_after(packet)
+        if stream.type == "video" and is_after:
+            self._over.add(stream.index)
+        elif stream.index in self._over and packet.size:
+            # earlier pictures that come later are decoded with the help of those left out
+            self._cut_off.add(f"{label_of(stream)}: its last pictures, which need later ones")
+            return False
+        return self._clip.take(packet)
 
     def _goes_back(self, packet: Any) -> bool:
         """True for a packet that comes no later than the one before it in its stream."""
@@ -204,7 +216,7 @@ class Muxer:
         if packet.is_keyframe:
             self._begun.add(stream.index)
         elif stream.index not in self._begun:
-            self._headless.add(f"{label_of(stream)}: what lies before its first key frame")
+            self._cut_off.add(f"{label_of(stream)}: what lies before its first key frame")
             return True
         return False
 
@@ -258,7 +270,7 @@ class Muxer:
                 self.target.leave()
             else:
                 self._refuse_loss()
-                self.dropped += sorted(self._headless)  # no loss: sound is cut at packets, too
+                self.dropped += sorted(self._cut_off)  # no loss: sound is cut at packets, too
                 self._check_written()
                 self.target.keep()
             self.is_finished = True

@@ -20,6 +20,7 @@ from makeup_video.pipeline.media.transcode import (
     AudioConverter,
     SubtitleConverter,
     audio_codec_for,
+    can_be_mixed,
     subtitle_codec_for,
 )
 
@@ -89,6 +90,8 @@ class OtherStreams:
             return None
         codec: str | None
         if stream.type == "audio":
+            if not can_be_mixed(stream):
+                return None
             codec = audio_codec_for(self._format)
             decoder = self._source.decoder_of(stream)
             audio = AudioConverter(self._container, stream, codec, decoder)

@@ -32,6 +32,7 @@ _UNSAID = {
     "webm": Disposition.dub | Disposition.original | Disposition.comment
     | Disposition.hearing_impaired | Disposition.visual_impaired,
 }  # fmt: skip
+_ANY_DATA = bytes(8)  # stands for the packet of a stream of data that has not begun
 _LEAST_TICKS = 10_000  # per second, of the clock of edit lists
 _USUAL_LAYOUTS = {1: "mono", 2: "stereo", 3: "2.1", 4: "quad", 5: "5.0", 6: "5.1", 8: "7.1"}
 _MOST = 1 << 32  # Matroska's numbers are smaller
@@ -151,19 +152,32 @@ def refusal(stream: Any, container_format: str, first_packet: Any | None) -> str
         copy = copy_stream(trial, stream)
         copy.disposition = stream.disposition
         trial.start_encoding()
-        if first_packet is not None:
-            packet = av.Packet(bytes(first_packet))
-            packet.stream, packet.time_base = copy, first_packet.time_base
-            packet.pts = packet.dts = 0
-            packet.duration, packet.is_keyframe = first_packet.duration, True
+        packet = _trial_packet(stream, first_packet)
+        if packet is not None:
+            packet.stream = copy
             trial.mux_one(packet)
         trial.close()
-        is_tried = first_packet is not None and container_format in MP4
-        if is_tried and stream.type == "data" and not _has_data(written.getvalue()):
+        is_mp4_data = container_format in MP4 and stream.type == "data"
+        if is_mp4_data and not _has_data(written.getvalue()):
             return f"{container_format} cannot hold it"
     except (av.FFmpegError, ValueError, RuntimeError):
         return f"{container_format} cannot hold it"
     return None
+
+
+def _trial_packet(stream: Any, first_packet: Any | None) -> Any | None:
+    """A copy of the stream's first packet, at time 0; None before the stream has begun.
+
+    The first packet of data, such as a cue, may come at any time, so another stands for it.
+    """
+    if first_packet is None and stream.type != "data":
+        return None
+    packet = av.Packet(_ANY_DATA if first_packet is None else bytes(first_packet))
+    packet.time_base = stream.time_base if first_packet is None else first_packet.time_base
+    packet.duration = 1 if first_packet is None else first_packet.duration
+    packet.pts = packet.dts = 0
+    packet.is_keyframe = True
+    return packet
 
 
 def _has_data(file: bytes) -> bool:

@@ -19,7 +19,7 @@ _BITMAP = {
     "xsub",
 }
 _OPUS_RATE = 48000
-# The channel layouts that Opus and AAC both know; more channels than these are mixed down.
+# The channel layouts that Opus and AAC both know; other numbers of channels are mixed down.
 _LAYOUTS = {1: "mono", 2: "stereo", 3: "3.0", 4: "quad", 5: "5.0", 6: "5.1", 7: "6.1", 8: "7.1"}
 
 
@@ -33,18 +33,39 @@ def subtitle_codec_for(container_format: str, stream: Any) -> str | None:
     return None if stream.name in _BITMAP else _SUBTITLES.get(container_format)
 
 
+# libopus exchanges channels of these two, so they get channels without sound.
+_OPUS_LAYOUTS = {5: "5.1", 7: "7.1"}
+
+
+def can_be_mixed(source: Any) -> bool:
+    """False for sound whose channels have no known places, such as nine of them."""
+    context = source.codec_context
+    frame = av.AudioFrame("s16", context.layout.name, 1024)
+    frame.sample_rate, frame.pts, frame.time_base = _OPUS_RATE, 0, Fraction(1, _OPUS_RATE)
+    try:
+        layout = _layout_for("", context.layout.nb_channels)
+        return bool(av.AudioResampler("fltp", layout, _OPUS_RATE).resample(frame))
+    except av.FFmpegError:
+        return False
+
+
+def _layout_for(codec: str, channels: int) -> str:
+    usual = _LAYOUTS.get(channels, "stereo")
+    return _OPUS_LAYOUTS.get(channels, usual) if codec == "libopus" else usual
+
+
 class AudioConverter:
     """Converts the packets of one audio stream to another codec, at the same times.
 
     The source's rate and channels may change within the stream. The output keeps those at the
-    beginning, in the usual layout for that number of channels.
+    beginning, in the usual layout for that number of channels.  source: passes `can_be_mixed`.
     decoder: of the source's stream, used by nobody else.
     """
 
     def __init__(self, container: Any, source: Any, codec: str, decoder: Any) -> None:
         self._decoder = decoder
         self._rate = _OPUS_RATE if codec == "libopus" else _rate_for(codec, source.rate)
-        self._layout = _LAYOUTS.get(source.codec_context.layout.nb_channels, "stereo")
+        self._layout = _layout_for(codec, source.codec_context.layout.nb_channels)
         self.stream = container.add_stream(codec, rate=self._rate)
         context = self.stream.codec_context
         context.layout = self._layout

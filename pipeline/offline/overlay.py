@@ -111,6 +111,8 @@ def _draw_label(planes: tuple[np.ndarray, ...], frame: Frame, face: Face) -> Non
     stored_wh = np.array([frame.width_px, frame.height_px])
     upright_wh = stored_wh[::-1] if turns % 2 else stored_wh
     xy = _turned(face.points_px[:, :2], stored_wh, turns)
+    if frame.is_mirrored:
+        xy = _mirrored(xy, upright_wh)
     low, high = xy.min(0), xy.max(0)
     if (high < 0).any() or (low >= upright_wh).any():
         return
@@ -118,8 +120,11 @@ def _draw_label(planes: tuple[np.ndarray, ...], frame: Frame, face: Face) -> Non
     label = label[: upright_wh[1]]
     label_wh = np.array(label.shape[::-1])
     corner = np.clip(low.astype(int) - [0, label_wh[1] + 4], 0, upright_wh - label_wh)
+    corners = np.stack([corner, corner + label_wh - 1])
+    if frame.is_mirrored:
+        label, corners = label[:, ::-1], _mirrored(corners, upright_wh)
     label = np.rot90(label, -turns)
-    x, y = _turned(np.stack([corner, corner + label_wh - 1]), upright_wh, -turns).min(0)
+    x, y = _turned(corners, upright_wh, -turns).min(0)
     height, width = label.shape
     planes[0][y : y + height, x : x + width] = _codes(frame, label.astype(planes[0].dtype))
     across, down = frame.chroma
@@ -138,6 +143,11 @@ def _label(face: Face, size_px: float, width_px: int) -> np.ndarray:
     label = np.full((h + base + 4, w + 4), 16, np.uint8)
     cv2.putText(label, text, (2, h + 2), font, scale, 235, 1, cv2.LINE_AA)
     return label[:, :width_px]
+
+
+def _mirrored(xy: np.ndarray, size_wh: np.ndarray) -> np.ndarray:
+    """Where pixels (N, 2) of a picture of that size are after left and right change places."""
+    return np.stack([size_wh[0] - 1 - xy[:, 0], xy[:, 1]], axis=-1)
 
 
 def _turned(xy: np.ndarray, size_wh: np.ndarray, quarter_turns: int) -> np.ndarray:

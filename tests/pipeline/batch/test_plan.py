@@ -97,6 +97,27 @@ def test_an_output_of_another_look_says_so(case):
         plan_batch([other], case.journal, retry=False, overwrite=False)
 
 
+def test_an_input_that_is_gone_leaves_finished_work_alone(case, tmp_path):
+    case.journal.begin(case.job)
+    (done,) = case.paint()
+    case.journal.end(case.job, [done])
+    (tmp_path / "in.mp4").unlink()
+    assert case.known() == done == case.known(overwrite=True)
+    case.output.write_bytes(b"something else")
+    assert "has changed since the batch wrote it" in str(case.known().error)
+    case.output.unlink()
+    assert case.plan().todo == [case.job]  # fails alone
+
+
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_without_its_input_no_output_of_others_is_touched(case, tmp_path, overwrite):
+    case.output.write_text("mine")
+    (tmp_path / "in.mp4").unlink()
+    assert case.plan(overwrite=overwrite).todo == [case.job]
+    (failed,) = case.paint()
+    assert isinstance(failed.error, InputError) and case.output.read_text() == "mine"
+
+
 def test_an_output_that_is_gone_is_made_again(case):
     case.journal.begin(case.job)
     case.journal.end(case.job, case.paint())

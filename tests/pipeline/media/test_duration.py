@@ -1,6 +1,7 @@
 """A start beyond the end of a video is a usage error that gives the length of the video."""
 
 from contextlib import closing
+from dataclasses import replace
 from fractions import Fraction
 
 import av
@@ -106,6 +107,9 @@ def test_a_header_that_declares_too_little_is_not_trusted(tmp_path):
     with closing(open_video(src)) as source:
         assert source.container.duration == 1_000_000
     report = process_video(src, tmp_path / "out.mp4", None, start(2))
+    assert report.frames_out == 30
+    split = replace(start(2), split_minutes=Fraction(1, 60), overwrite=True)
+    report = process_video(src, tmp_path / "out.mp4", None, split)
     assert report.frames_out == 30
 
 

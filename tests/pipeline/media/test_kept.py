@@ -25,7 +25,7 @@ ID3 = b"ID3\x04\x00\x00\x00\x00\x00\x1fTXXX\x00\x00\x00\x15\x00\x00\x03segmentme
 WIDTHS = {"pcm_s16le": 2, "pcm_u8": 1, "pcm_f32le": 4, "pcm_s24le": 3}
 
 
-def with_id3(path):
+def with_id3(path, at_seconds=0):
     """A recording of a stream with timed metadata, as services broadcast it."""
     with av.open(str(path), "w") as out:
         video, data = add_video(out, "h264"), out.add_data_stream("timed_id3")
@@ -33,16 +33,22 @@ def with_id3(path):
         out.start_encoding()
         packet = av.Packet(ID3)
         packet.stream, packet.time_base = data, data.time_base
-        packet.pts = packet.dts = 0
-        out.mux(packet)
-        encode_frames(out, video, range(10))
+        packet.pts = packet.dts = 90000 * at_seconds
+
+        def with_packet(frame, index):
+            if index == 30 * at_seconds:
+                out.mux(packet)
+            return frame
+
+        encode_frames(out, video, range(30 * at_seconds + 10), change=with_packet)
     return path
 
 
+@pytest.mark.parametrize("at_seconds", [0, 5])  # the second after the output was opened
 @pytest.mark.parametrize("end", [".mp4", ".mov", ".mkv"])
-def test_data_that_a_container_cannot_describe_is_dropped(tmp_path, end):
+def test_data_that_a_container_cannot_describe_is_dropped(tmp_path, end, at_seconds):
     out = tmp_path / f"out{end}"
-    report = process_video(with_id3(tmp_path / "in.ts"), out)
+    report = process_video(with_id3(tmp_path / "in.ts", at_seconds), out)
     assert [text for text in report.dropped if "timed_id3" in text and "cannot hold it" in text]
     with av.open(str(out)) as container:
         assert [stream.type for stream in container.streams] == ["video"]

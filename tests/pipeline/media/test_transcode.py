@@ -51,6 +51,51 @@ def test_rates_that_the_codec_lacks_become_the_nearest(tmp_path, rate, kept):
     assert found == kept and 1 <= len(samples) / found <= 1 + 1024 / rate + 1024 / found
 
 
+@pytest.mark.parametrize("end", ["webm", "mp4"])
+@pytest.mark.parametrize(("layout", "name"), [
+    *((layout, one.name) for layout in ("5.0", "5.1", "6.1", "7.1") for one in av.AudioLayout(layout).channels),
+])  # fmt: skip
+def test_a_converted_channel_stays_in_its_place(tmp_path, end, layout, name):
+    src, dst = tmp_path / "in.mkv", tmp_path / f"out.{end}"
+    names = [one.name for one in av.AudioLayout(layout).channels]
+    with av.open(str(src), "w") as out:
+        video = add_video(out)
+        sound = out.add_stream("flac", rate=48000, layout=layout)
+        encode_frames(out, video, range(15))
+        samples = np.zeros((24000, len(names)), np.int16)
+        samples[:, names.index(name)] = 9000 * np.sin(np.arange(24000) * 0.06)
+        frame = av.AudioFrame.from_ndarray(samples.reshape(1, -1), "s16", layout)
+        frame.sample_rate, frame.pts, frame.time_base = 48000, 0, Fraction(1, 48000)
+        out.mux(sound.encode(frame))
+        out.mux(sound.encode(None))
+    process_video(src, dst)
+    with av.open(str(dst)) as container:
+        sound = container.streams.audio[0]
+        # packed: PyAV 18 takes eight planes for nine
+        packed = av.AudioResampler("s16", sound.layout.name, 48000)
+        pieces = [one for frame in container.decode(sound) for one in packed.resample(frame)]
+        heard = np.concatenate([one.to_ndarray().ravel() for one in pieces], dtype=float)
+        loudest = np.square(heard.reshape(-1, sound.layout.nb_channels)).sum(0).argmax()
+        got = sound.layout.channels[int(loudest)].name
+    # there is no middle at the back; and side and back are one in a layout that has only one
+    same = {"BC": ("BC", "BL", "BR"), "BL": ("BL", "SL"), "BR": ("BR", "SR")}.get(name, (name,))
+    assert got in (same if "7.1" not in layout else (name,))
+
+
+def test_channels_without_known_places_are_dropped(tmp_path):
+    src, dst = tmp_path / "in.mkv", tmp_path / "out.webm"
+    with av.open(str(src), "w") as out:
+        video = add_video(out)
+        sound = out.add_stream("pcm_s16le", rate=48000, layout="9 channels")
+        encode_frames(out, video, range(15))
+        frame = av.AudioFrame.from_ndarray(np.zeros((1, 9 * 9600), np.int16), "s16", "9 channels")
+        frame.sample_rate, frame.pts, frame.time_base = 48000, 0, Fraction(1, 48000)
+        out.mux(sound.encode(frame))
+    report = process_video(src, dst)
+    assert report.dropped == ["audio #1 (pcm_s16le): webm cannot hold it"]
+    assert not (report.converted or report.damaged or report.skipped_packets)
+
+
 @pytest.mark.parametrize("layout", ["5.1", "5.1(side)", "quad", "4.0", "2.1", "3.0", "6.1"])
 def test_any_arrangement_of_channels_goes_into_webm(tmp_path, layout):
     src, dst = tmp_path / "in.mkv", tmp_path / "out.webm"
@@ -62,7 +107,7 @@ def test_any_arrangement_of_channels_goes_into_webm(tmp_path, layout):
     report = process_video(src, dst)
     assert len(report.converted) == 1 and not report.damaged
     with av.open(str(dst)) as container:
-        count = av.AudioLayout(layout).nb_channels
+        count = {"6.1": 8}.get(layout, av.AudioLayout(layout).nb_channels)  # see _OPUS_LAYOUTS
         assert container.streams.audio[0].layout.nb_channels == count
 
 

@@ -284,3 +284,26 @@ def test_another_video_track_begins_with_a_key_frame(tmp_path):
         (packet, *_) = container.demux(container.streams.video[1])
         assert packet.is_keyframe and packet.pts * packet.time_base == pytest.approx(0.5, abs=0.002)
     assert report.dropped == ["video #1 (h264): what lies before its first key frame"]
+
+
+def second_track(path):
+    with av.open(str(path)) as container:
+        return list(container.decode(container.streams.video[1]))
+
+
+@pytest.mark.parametrize("end", range(34, 42))
+def test_another_video_track_ends_without_broken_pictures(tmp_path, end):
+    """A picture between two others needs the later one, which may lie beyond the end."""
+    src, dst = tmp_path / "in.mp4", tmp_path / "out.mp4"
+    options = {"preset": "medium", "g": "60", "bf": "3", "sc_threshold": "0"}
+    with av.open(str(src), "w") as out:
+        first, second = add_video(out), add_video(out, options=options)
+        encode_frames(out, first, range(60))
+        encode_frames(out, second, range(60))
+    cut = Settings(end_seconds=Fraction(end, 30), strict=True)
+    report = process_video(src, dst, None, cut)
+    whole, kept = (second_track(path) for path in (src, dst))
+    assert end - 3 <= len(kept) <= end
+    assert all((a.to_ndarray() == b.to_ndarray()).all() for a, b in zip(kept, whole, strict=False))
+    wanted = ["video #1 (h264): its last pictures, which need later ones"]
+    assert report.dropped == (wanted if len(kept) < end else [])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from makeup_video.pipeline import FrameFaces, OutputError, StoppedError, UsageError
 from makeup_video.pipeline.faces.find import find_faces_in_frame
-from makeup_video.pipeline.offline.overlay import DrawFaces
+from makeup_video.pipeline.offline.overlay import DrawFaces, _draw_label
 from makeup_video.pipeline.offline.points_file import PointsFile
 from people import frame_of, grey, portrait
 
@@ -39,6 +39,24 @@ def test_points_lips_and_label_are_drawn_in_every_layout(pix_fmt, rotation):
     assert hidden <= (2 if pix_fmt == "gray" else 0)
     assert 0.005 < changed.mean() < 0.2
     assert drawn.planes[0].max() <= 255 << (plain.bit_depth - 8)
+
+
+@pytest.mark.parametrize("turns", range(4))
+def test_a_mirrored_picture_shows_the_same_label(turns):
+    shown = portrait()
+    stored = np.ascontiguousarray(np.rot90(shown[:, ::-1], -turns))
+    plain = frame_of(shown, pix_fmt="yuv444p")
+    frame = frame_of(stored, pix_fmt="yuv444p", rotation_degrees=90 * turns)
+    frame.is_mirrored = True
+    (face,) = found_in(plain).faces
+    # where each pixel that the viewer sees is stored
+    place = np.rot90(np.indices(stored.shape[:2]), turns, (1, 2))[:, :, ::-1]
+    x, y = np.rint(face.points_px[:, :2]).astype(int).T
+    points = np.column_stack([*place[::-1, y, x], face.points_px[:, 2]]).astype(np.float32)
+    whole = [np.zeros(picture.shape[:2], np.uint8) for picture in (shown, stored)]
+    _draw_label((whole[0],), plain, replace(face, points_px=np.rint(face.points_px)))
+    _draw_label((whole[1],), frame, replace(face, points_px=points))
+    assert whole[0].any() and (np.rot90(whole[1], turns)[:, ::-1] == whole[0]).all()
 
 
 def test_a_frame_without_a_face_keeps_every_byte():
