@@ -197,7 +197,11 @@ def _of_these_colours(metadata: Metadata, pixels: np.ndarray, report: Report) ->
 
 
 def _lost_metadata(data: bytes, path: Path, metadata: Metadata) -> list[str]:
-    """Blocks that the format's library left out, such as a malformed ICC profile."""
+    """Blocks that the format's library left out, such as a malformed ICC profile.
+
+    The file is decoded for that: reading its headers alone would find blocks, such as a malformed
+    EXIF block of a PNG, that libpng refuses.
+    """
     kept = decode_picture(data, path)[1] if metadata else {}
     lost = {kind for kind in metadata if kind not in kept}
     if EXIF in metadata and is_exif_too_long(path.suffix, metadata[EXIF]):

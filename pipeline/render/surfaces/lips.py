@@ -45,6 +45,8 @@ _FEATHER_PX, _FEATHER_MORE_PX, _FEATHER_LEAST_PX = 0.72, 4.8, 0.7
 # Log-odds that pale products get at the outer border. The lips' red goes on for a px or two beyond
 # the border, and would be seen as a rim around paler products.
 _WIDER = 1.2
+# A wide blur is made at down to a quarter of the size, with at least this sigma there.
+_LEAST_SIGMA_PX, _MOST_SMALLER = 3.0, 4
 _LOW, _HIGH = -2.0, 3.0  # bounds of values across the edge, which only count in 0..1
 _BEYOND = -15.0  # half the log-odds of all places beyond the patch
 _SUB_BITS = 4
@@ -158,7 +160,7 @@ class LipsSurface:
         there *= there
         cv2.multiply(there, rest, dst=out)
         if edge.sigma_px:
-            cv2.GaussianBlur(out, (0, 0), edge.sigma_px, dst=out)
+            _blur(out, edge.sigma_px)
         if density is not None:
             out *= self.grid.warped(density, origin_xy, out.shape, 0.0)
 
@@ -179,6 +181,18 @@ class LipsSurface:
         """The surface on a picture of another size."""
         grid = Grid(compose(to_new, self.grid.to_px), self.grid.size_wh)
         return replace(self, grid=grid, face=moved(self.face, to_new), boxes={})
+
+
+def _blur(weight: np.ndarray, sigma_px: float) -> None:
+    """Blur (h, w) float32 in place. What is very soft anyway is blurred at a part of its size."""
+    factor = int(min(max(sigma_px / _LEAST_SIGMA_PX, 1), _MOST_SMALLER))
+    high, wide = weight.shape
+    if factor == 1 or min(high, wide) < factor:
+        cv2.GaussianBlur(weight, (0, 0), sigma_px, dst=weight)
+        return
+    small = cv2.resize(weight, (wide // factor, high // factor), interpolation=cv2.INTER_AREA)
+    cv2.GaussianBlur(small, (0, 0), sigma_px / factor, dst=small)
+    cv2.resize(small, (wide, high), dst=weight, interpolation=cv2.INTER_LINEAR)
 
 
 def lip_place(face: Face) -> GridPlace | None:

@@ -211,3 +211,20 @@ def test_faces_as_small_as_any_have_lips():
     _, points = close_up()
     points = turned(points, 0, MIN_FACE_PX / np.ptp(points[:, 0]))
     assert weight_of(true_face(points)).max() > 0.8
+
+
+@pytest.mark.parametrize("sigma_px", [1.5, 5.0, 6.5, 9.5, 13.0, 25.0])
+def test_soft_lips_have_a_gaussian_border_at_any_size(sigma_px):
+    """A wide blur is made at a part of the size, in a part of the frame's weights."""
+    lips = lips_surface(true_face(close_up()[1]))
+    size = close_up()[0].shape[:2]
+    sharp = np.zeros(size, np.float32)
+    lips.weigh(sharp, (0, 0), Edge(0.5), None)
+    around = np.zeros((size[0] + 20, size[1] + 30), np.float32)
+    soft = around[10:-10, 15:-15]
+    lips.weigh(soft, (0, 0), Edge(0.5, sigma_px=sigma_px), None)
+    # the edge of soft lips is as wide as that of sharp ones: only the blur is added
+    want = cv2.GaussianBlur(sharp, (0, 0), sigma_px)
+    np.testing.assert_allclose(soft, want, atol=0.02)
+    soft[:] = 0
+    assert not around.any()
