@@ -124,7 +124,7 @@ class DeviceCamera:
         self._newest: Frame | None = None
         self._counts_dropped = False  # from the call of `frames` on
         self._failure: Exception | None = None
-        self._has_ended_well = False  # whether a JPEG of this container has had an end marker
+        self._has_ended_well = False  # whether a JPEG since the last opening had an end marker
         container = self._open()
         self._log_mode(container)
         self._thread = Thread(
