@@ -22,7 +22,9 @@ _TO_MEAN = np.array([1, 1, 1, 1, 1.5, 2, 1])
 # mean variance of the lids and the rest.
 _LIPS_TO_OTHERS = 2.5
 NOISE_MOMENTS = 5
-_MOST_STEP_SECONDS = 0.075  # moments further apart than this on average show motion, not noise
+# Moments further apart than this on average show motion, not noise: five of them, and fewer at the
+# beginning of a track.
+_MOST_STEP_SECONDS, _MOST_FIRST_STEP_SECONDS = 0.11, 0.075
 # How many estimates are kept, and the length of the slots of time with one estimate each: 1.5 s in
 # all.
 _KEPT, _SLOT_SECONDS = 22, 1 / 15
@@ -55,8 +57,11 @@ class NoiseLevel:
         own_slot = slot(max(seconds), _SLOT_SECONDS)
         skipped = self._moments > 2 * NOISE_MOMENTS and own_slot == self._slot
         self._slot = own_slot
-        span = max(seconds) - min(seconds)
-        if skipped or len(seconds) < 3 or span > _MOST_STEP_SECONDS * (len(seconds) - 1):
+        if skipped or len(seconds) < 3:
+            return
+        is_first = len(seconds) < NOISE_MOMENTS
+        most_step = _MOST_FIRST_STEP_SECONDS if is_first else _MOST_STEP_SECONDS
+        if max(seconds) - min(seconds) > most_step * (len(seconds) - 1):
             return
         # Newton's divided difference: 0 for every polynomial of degree N - 2, whatever the times.
         shares = [
