@@ -75,11 +75,14 @@ def turned(points_px, degrees, scale, to_xy):
 @given(
     st.floats(-180, 180), st.floats(0.3, 3), st.tuples(*[st.floats(-60, 60)] * 2),
     st.sampled_from((SHUT, OPEN, BLINK)), st.floats(-0.5, 0.5),
+    st.sampled_from((1.0, 0.5, 0.9, 4 / 3, 2.0)),
 )  # fmt: skip
-def test_surfaces_are_those_of_numpy(degrees, scale, to_xy, number, lean):
+def test_surfaces_are_those_of_numpy(degrees, scale, to_xy, number, lean, pixel_aspect):
     rgb8, points = close_up(number)
     face = true_face(points)
     turned_px, spin = turned(points, degrees, scale, to_xy)
+    squeeze = np.array([[1 / pixel_aspect, 0, 0], [0, 1, 0]])
+    turned_px, spin = turned_px * (1 / pixel_aspect, 1), compose(squeeze, spin)
     depth = lean * turned_px[:, 0] + 0.3 * np.abs(turned_px[:, 0] - turned_px[:, 0].mean())
     face = heads.face(
         np.column_stack([turned_px, depth]),

@@ -58,6 +58,7 @@ _DEEP_SHADE = 2.2  # a lid darker than a fifth of the face lies in the shade, or
 _CORNERS = np.array([10, 152, EYE[0], EYE[8], RIGHT_EYE[0], RIGHT_EYE[8]])
 NUMBERS = {kind.RIGHT_EYE: 0, kind.LEFT_EYE: 1}  # of the surfaces: EYE is the wearer's right one
 _NARROWEST_PX = 4
+_SQUARE, _MOST_ASPECT = 1e-6, 4.0  # differences from square pixels that do not count
 # How far, in widths of the eye, an open eye opens at least, and a shut one at most.
 _OPEN = 0.07, 0.03
 # The same curves from the inner to the outer corner, as points of the face, and the brow's lower
@@ -271,8 +272,20 @@ def eye_places(face: Face) -> list[GridPlace | None]:
     """Where the grids of both eyes lie; None for an eye too narrow to be seen, as from the side."""
     corners = face.points_px.take(_CORNERS, 0)[:, :2].tolist()
     forehead, chin, left, left_inner, right, right_inner = corners
-    up = forehead[0] - chin[0], forehead[1] - chin[1]
-    return [_eye_place(left, left_inner, up), _eye_place(right, right_inner, up)]
+    up, aspect = (forehead[0] - chin[0], forehead[1] - chin[1]), _pixel_aspect(face)
+    return [_eye_place(left, left_inner, up, aspect), _eye_place(right, right_inner, up, aspect)]
+
+
+def _pixel_aspect(face: Face) -> float:
+    """The width of a pixel divided by its height.
+
+    The patch of the lips has square pixels in the picture as it is shown, whatever its turn.
+    """
+    (a, b, _), (c, d, _) = face.lips.to_px.tolist()
+    across, down = math.hypot(a, b), math.hypot(c, d)
+    aspect = down / across if across else 1.0
+    is_usual = abs(aspect - 1) > _SQUARE and 1 / _MOST_ASPECT < aspect < _MOST_ASPECT
+    return aspect if is_usual else 1.0
 
 
 def lid_surfaces_of(
@@ -292,14 +305,14 @@ def lid_surfaces_of(
 
 
 def _eye_place(
-    outer_xy: list[float], inner_xy: list[float], up_xy: tuple[float, float]
+    outer_xy: list[float], inner_xy: list[float], up_xy: tuple[float, float], aspect: float
 ) -> GridPlace | None:
-    """The place of one eye's grid; None when the eye is too narrow."""
+    """The place of one eye's grid; None when the eye is too narrow.  aspect: of the pixels."""
     (x0, y0), (x1, y1) = outer_xy, inner_xy
     right, down = x0 - x1, y0 - y1
     if not math.hypot(right, down) >= _NARROWEST_PX:
         return None
-    x, y = -down, right  # down the grid
+    x, y = -down / aspect, right * aspect  # down the grid
     if x * up_xy[0] + y * up_xy[1] > 0:
         x, y = -x, -y
     to_px = (

@@ -102,7 +102,7 @@ def _curve(grid: Grid, points_px: np.ndarray) -> np.ndarray:
     through them, in steps of the grid."""
     step = grid.step_px()
     there = np.empty(points_px.shape)
-    there[:, :2] = (points_px[:, :2] - grid.to_px[:, 2]) @ (grid.to_px[:, :2] / step**2)
+    there[:, :2] = (points_px[:, :2] - grid.to_px[:, 2]) @ np.linalg.inv(grid.to_px[:, :2]).T
     there[:, 2] = points_px[:, 2] / step
     x, y, z = (_SMOOTH[len(there)] @ there).T
     curve: np.ndarray = np.interp(COLUMNS, np.maximum.accumulate(x), y + 1j * z)

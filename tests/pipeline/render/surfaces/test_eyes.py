@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from layers import SLOTS, UPPER_SLOTS, densities, shadow, surface_weight
 from makeup import close_up, inside, true_face, white_light
+from makeup_video.pipeline.faces.face import moved, resized
 from makeup_video.pipeline.faces.topology import BROW, EYE, EYE_CONTOUR, RIGHT_BROW, RIGHT_EYE
 from makeup_video.pipeline.render.surfaces.both_eyes import OUTWARDS
 from makeup_video.pipeline.render.surfaces.eyes import EYES
@@ -49,6 +50,22 @@ def test_slots_lie_around_the_eye_and_below_the_brow(slot, softness, number):
         assert rows[0] > points[eye[42:46], 1].min() - 10
         if slot in UPPER_SLOTS:
             assert rows[-1] < points[eye[:16], 1].max()
+
+
+@pytest.mark.parametrize("degrees", [0, 25, 90])
+@pytest.mark.parametrize("pixel_aspect", [0.5, 8 / 9, 4 / 3, 2.0])
+def test_lids_are_the_same_in_pixels_of_any_shape(pixel_aspect, degrees):
+    """As in HDV and DV: the viewer sees each pixel as wide as its aspect ratio says."""
+    shown = found_face()
+    angle = np.radians(degrees)
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0]])
+    shown = moved(shown, turn)
+    stored = resized(shown, 1 / pixel_aspect, 1)
+    for lid, wanted in zip(lid_surfaces(stored), lid_surfaces(shown), strict=True):
+        np.testing.assert_allclose(lid.up, wanted.up, atol=2e-3)
+        places = wanted.grid.places()
+        places[0] = (places[0] + 0.5) / pixel_aspect - 0.5
+        np.testing.assert_allclose(lid.grid.places(), places, atol=2e-3)
 
 
 def middle_of(weight):
