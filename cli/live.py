@@ -213,29 +213,30 @@ class _Sound:
     def __init__(self, camera: "CameraSwitch", opened: "Callable[[], LiveSound | None]") -> None:
         self._camera, self._open = camera, opened
         self._sound: LiveSound | None = None
+        self._is_open = False
         self._opened_for: tuple[Path, int] | None = None
 
-    def tap(self) -> "SoundTap | None":
+    def tap(self, again: bool = False) -> "SoundTap | None":
         """A tap that gives one output the sound; None if there is none.
 
+        again: if there was none, try once more: a microphone that was busy may be free by now.
         Raises InputError, UsageError.
         """
         camera = self._camera
         # The page may choose another camera, or the same file again, which then starts over.
         playing = None if camera.path is None else (camera.path, camera.changes)
-        if self._sound is not None and self._opened_for == playing:
-            tap = self._sound.tap()
-            if tap is not None:
+        if self._is_open and self._opened_for == playing:
+            tap = None if self._sound is None else self._sound.tap()
+            if tap is not None or (self._sound is None and not again):
                 return tap
         self.close()
-        # a microphone that another program used a moment ago may open now
-        self._sound, self._opened_for = self._open(), playing
+        self._sound, self._is_open, self._opened_for = self._open(), True, playing
         return None if self._sound is None else self._sound.tap()
 
     def close(self) -> None:
         if self._sound is not None:
             self._sound.close()
-        self._sound = None
+        self._sound, self._is_open = None, False
 
 
 def _recording(camera: "CameraSwitch", sound: _Sound) -> "Recording":
@@ -246,7 +247,7 @@ def _recording(camera: "CameraSwitch", sound: _Sound) -> "Recording":
     begun, taken = time.strftime("makeup-%Y%m%d-%H%M%S"), set(os.listdir())
     names = chain([f"{begun}.mkv"], (f"{begun}-{number}.mkv" for number in count(2)))
     name = next(name for name in names if not taken & {name, part_path(Path(name)).name})
-    tap = sound.tap()
+    tap = sound.tap(again=True)
     try:
         return Recording(name, rate=camera.rate, source=camera.path, sound=tap)
     except BaseException:

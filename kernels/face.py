@@ -263,8 +263,6 @@ class FaceKernel:
     def __init__(self, device: Device, tables: FitTables) -> None:
         self._device = device
         self._light = LightReader(device)
-        # transfer function and planes of the kernel's arguments
-        self._has_arguments_for: tuple[int, cl.Buffer] | None = None
         filled = np.zeros((), TABLES)
         for axis, tangents in enumerate(np.split(tables.to_tangents, 2)):
             filled["tangents"][axis, :, :POINTS] = tangents.T
@@ -283,9 +281,12 @@ class FaceKernel:
         `shading` is the broad light on the grid, and `mean` the mean light of the cheeks.
         """
         self._fill(face, light)
-        self._set_arguments(light)
+        kernel = self._light.kernel(
+            "face", DEFINITIONS, light, (self._given.buffer, self._tables),
+            (self._scratch, self._out.buffer),
+        )  # fmt: skip
         self._given.send()
-        self._device.launch(self._kernel, (LOCAL_SIZE[0], 1))
+        self._device.launch(kernel, (LOCAL_SIZE[0], 1))
         self._out.fetch()
         self._device.finish()
         made: np.void
@@ -303,18 +304,3 @@ class FaceKernel:
         (given,) = self._given.array
         np.clip(face.points.T, -MOST_OFF, MOST_OFF, out=given["points"][:, :POINTS])
         given["inside"], given["holes"] = face.inside, face.holes
-
-    def _set_arguments(self, light: LightPlanes) -> None:
-        """Copy the planes, and give the kernel its arguments, if these have changed."""
-        self._light.copy(light)
-        transfer, sample = light.coding.transfer, light.planes[0].dtype
-        needed = transfer, self._light.planes
-        if needed == self._has_arguments_for:
-            return
-        self._has_arguments_for = None  # should building the kernel fail, or be interrupted
-        self._kernel = self._device.kernel("face", transfer, sample, DEFINITIONS)
-        self._kernel.set_args(
-            self._given.buffer, self._tables, self._light.planes, self._light.table(transfer),
-            self._scratch, self._out.buffer,
-        )  # fmt: skip
-        self._has_arguments_for = needed

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pyopencl as cl
 from makeup_video.kernels.colour import HLG, HLG_GAMMA, Coding, matrices, to_linear, to_xyz
+from makeup_video.kernels.definitions import Definitions
 from makeup_video.kernels.program import Device
 
 _STEPS = 1023  # of R'G'B' from 0 to 1, in the table of linear light
@@ -60,14 +61,34 @@ class LightReader:
         self._device = device
         self._tables: dict[int, cl.Buffer] = {}
         self._planes = device.memory((1,), np.uint8)
+        self._kernel: Any = None
+        # transfer function and planes of the kernel's arguments
+        self._has_arguments_for: tuple[int, cl.Buffer] | None = None
 
-    @property
-    def planes(self) -> cl.Buffer:
-        """The planes that `copy` has copied."""
-        return self._planes.buffer
+    def kernel(
+        self,
+        name: str,
+        definitions: Definitions,
+        light: LightPlanes,
+        before: Sequence[cl.Buffer],
+        after: Sequence[cl.Buffer],
+    ) -> Any:
+        """The one kernel that this reader serves, ready to read this light.
 
-    def copy(self, light: LightPlanes) -> None:
-        """Copy Y', Cb and Cr, one after another. `planes` may be another buffer afterwards."""
+        Its arguments are `before`, the planes, which are copied, the table of light, and `after`.
+        """
+        self._copy(light)
+        transfer, sample = light.coding.transfer, light.planes[0].dtype
+        needed = transfer, self._planes.buffer
+        if needed != self._has_arguments_for:
+            self._has_arguments_for = None  # should building the kernel fail, or be interrupted
+            self._kernel = self._device.kernel(name, transfer, sample, definitions)
+            self._kernel.set_args(*before, self._planes.buffer, self._table(transfer), *after)
+            self._has_arguments_for = needed
+        return self._kernel
+
+    def _copy(self, light: LightPlanes) -> None:
+        """Copy Y', Cb and Cr, one after another."""
         count, sample = sum(plane.size for plane in light.planes), light.planes[0].dtype
         if self._planes.array.size < count or self._planes.array.dtype != sample:
             self._planes = self._device.memory((2 * count,), sample)
@@ -77,7 +98,7 @@ class LightReader:
             self._planes.array[begin:end].reshape(plane.shape)[:] = plane
         self._planes.send()
 
-    def table(self, transfer: int) -> cl.Buffer:
+    def _table(self, transfer: int) -> cl.Buffer:
         """`light_table` on the device."""
         if transfer not in self._tables:
             self._tables[transfer] = self.kept(light_table(transfer))

@@ -274,8 +274,6 @@ class SurfaceKernel:
         self._device = device
         self._lock = threading.Lock()
         self._light = LightReader(device)
-        # transfer function and planes of the kernel's arguments
-        self._has_arguments_for: tuple[int, cl.Buffer] | None = None
         self._rings = self._light.kept(rings.astype(np.int32))
         self._memory = device.memory((floats(GIVEN),), np.float32)
         self._given = self._memory.array
@@ -320,29 +318,17 @@ class SurfaceKernel:
 
     def _run(self, light: LightPlanes) -> np.void:
         """A record of OUT."""
-        self._set_arguments(light)
+        kernel = self._light.kernel(
+            "surface", DEFINITIONS, light, (self._memory.buffer, self._rings),
+            (self._scratch, self._out.buffer),
+        )  # fmt: skip
         self._memory.send()
-        self._device.launch(self._kernel, (_REGIONS * LOCAL_SIZE[0], 1))
+        self._device.launch(kernel, (_REGIONS * LOCAL_SIZE[0], 1))
         self._out.fetch()
         self._device.finish()
         made: np.void
         (made,) = self._out.array.view(np.float32).copy().view(OUT)  # quicker than a record's copy
         return made
-
-    def _set_arguments(self, light: LightPlanes) -> None:
-        """Copy the planes, and give the kernel its arguments, if these have changed."""
-        self._light.copy(light)
-        transfer, sample = light.coding.transfer, light.planes[0].dtype
-        needed = transfer, self._light.planes
-        if needed == self._has_arguments_for:
-            return
-        self._has_arguments_for = None  # should building the kernel fail, or be interrupted
-        self._kernel = self._device.kernel("surface", transfer, sample, DEFINITIONS)
-        self._kernel.set_args(
-            self._memory.buffer, self._rings, self._light.planes, self._light.table(transfer),
-            self._scratch, self._out.buffer,
-        )  # fmt: skip
-        self._has_arguments_for = needed
 
 
 def _place(place: GridPlace, light: LightPlanes) -> Sequence[float]:

@@ -84,10 +84,13 @@ class Journal:
         entry = self._entries.get(self._name(look.output))
         return entry if entry is not None and entry["key"] == self._key(job, look) else None
 
-    def finished(self, output: str) -> Entry | None:
-        """The last line about an output, if it says that the output is done."""
-        entry = self._entries.get(self._name(output))
-        return entry if entry is not None and entry["event"] == "done" else None
+    def finished(self, job: Job, look: JobLook) -> Entry | None:
+        """The last line about an output, if it says that the same work is done, whatever the size
+        and time of its input. For an input that is gone."""
+        entry = self._entries.get(self._name(look.output))
+        if entry is None or entry["event"] != "done":
+            return None
+        return entry if entry.get("work") == self._work(job, look) else None
 
     def knows(self, output: str) -> bool:
         """True for an output that the batch has begun to write, whatever its look and input."""
@@ -121,12 +124,18 @@ class Journal:
         # keys from before painting: an input may have been replaced meanwhile
         keys = {one.output: self._begun.get(one.output) or self._key(job, one) for one in job.looks}
         results = [_to_disk(one) if isinstance(one, Done) else one for one in results]
-        lines = [{**_values(one), "key": keys[one.output]} for one in results]
+        works = {one.output: self._work(job, one) for one in job.looks}
+        lines = [
+            {**_values(one), "key": keys[one.output], "work": works[one.output]} for one in results
+        ]
         self._append([{**line, "output": self._name(line["output"])} for line in lines])
         return results
 
     def _key(self, job: Job, look: JobLook) -> str:
         return key_of(job, look, self._name(job.source))
+
+    def _work(self, job: Job, look: JobLook) -> str:
+        return key_of(job, look, self._name(job.source), with_state=False)
 
     def _name(self, file: str) -> str:
         """A file as lines name it: relative to the journal, so that a folder can be moved."""
@@ -166,15 +175,15 @@ class Journal:
         )
 
 
-def key_of(job: Job, look: JobLook, name: str) -> str:
+def key_of(job: Job, look: JobLook, name: str, *, with_state: bool = True) -> str:
     """A hash of all that an output depends on: the input, the look, the settings.
 
-    name: the input's name in the journal.
+    name: the input's name in the journal.  with_state: the input's size and time count, too.
     """
     source: list[str | int] = [name]
-    with contextlib.suppress(OSError, ValueError):  # no such file, or a name that no file can have
-        status = os.stat(job.source)
-        source += [status.st_size, status.st_mtime_ns]
+    # there may be no such file, or the name may be one that no file can have
+    if with_state and (state := identity(job.source)) is not None:
+        source += state[1:]
     settings = {
         field.name: str(getattr(job.settings, field.name))
         for field in fields(job.settings)

@@ -57,7 +57,7 @@ def plan_batch(jobs: Iterable[Job], journal: Journal, *, retry: bool, overwrite:
         is_gone = identity(job.source) is None
         for look in job.looks:
             # an input may be archived once its outputs are done
-            entry = journal.finished(look.output) if is_gone else journal.entry(job, look)
+            entry = journal.finished(job, look) if is_gone else journal.entry(job, look)
             result = None if entry is None else _known(job, look, entry, journal, retry=retry)
             if isinstance(result, _Changed) and not overwrite:
                 result = Failed(look.output, result.error)

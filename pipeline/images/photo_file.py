@@ -21,6 +21,7 @@ from makeup_video.pipeline.files.local_file import local_file
 from makeup_video.pipeline.files.marks import JPEG_MARK, PNG_MARK
 from makeup_video.pipeline.files.ordinary import open_ordinary
 from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation, orientation_of
+from makeup_video.pipeline.images.exif import orientation
 from makeup_video.pipeline.images.heif import HEAD_BYTES, is_heif, register_with_pillow, to_srgb
 from makeup_video.pipeline.images.picture_size import MOST_FILE_BYTES, MOST_PX, TIFF_MARKS
 from makeup_video.pipeline.images.quiet import without_warnings
@@ -208,7 +209,7 @@ def _pixels(picture: Image.Image) -> np.ndarray:
 
     It must be loaded: the metadata of a PNG may stand behind its pixels.
     """
-    orientation = _orientation(picture)
+    stored_as = _orientation(picture)
     profile, nclx = picture.info.get("icc_profile"), picture.info.get("nclx_profile")
     many = _factor(picture)
     image: Image.Image = picture
@@ -223,8 +224,8 @@ def _pixels(picture: Image.Image) -> np.ndarray:
     image = _in_srgb(image, profile)
     if nclx and not profile:  # only HEIF files have `nclx`
         image = Image.fromarray(to_srgb(np.asarray(image), nclx))
-    if orientation.transposition:
-        image = image.transpose(Image.Transpose[orientation.transposition])
+    if stored_as.transposition:
+        image = image.transpose(Image.Transpose[stored_as.transposition])
     return np.array(image)
 
 
@@ -239,6 +240,9 @@ def _forget_xmp(picture: Image.Image) -> None:
 
 def _orientation(picture: Image.Image) -> Orientation:
     """The orientation in the EXIF block; upright when the block has none or is damaged."""
+    block = picture.info.get("exif")
+    if isinstance(block, bytes):  # Pillow's own reading may hold the orientation of XMP by now
+        return orientation(block)
     _forget_xmp(picture)
     try:
         return orientation_of(picture.getexif().get(ExifTags.Base.Orientation, 1))

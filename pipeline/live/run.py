@@ -107,6 +107,7 @@ class LiveRun:
         self._runner = LiveRunner(
             camera, self._paint, sinks, log, partial(warm_up, self._scene, self._composite)
         )
+        self._past_failures: list[Outlet] = []  # recordings that failed before the newest began
         self._budget = Budget()
         self._log = log
         self._logged: dict[str, float] = {}  # notices of the budget, and when they were logged
@@ -134,6 +135,12 @@ class LiveRun:
         Raises UsageError when the run has not begun, or is over.
         """
         self._runner.add(sink)
+        if sink.kind == "recording":  # what ended earlier ones no longer matters
+            self._past_failures = [
+                outlet
+                for outlet in self._runner.outlets
+                if outlet.error is not None and outlet.sink.kind == "recording"
+            ]
 
     def end_sink(self, sink: LiveSink) -> None:
         """Let a sink finish the pictures that wait for it; the run goes on. From any thread."""
@@ -186,14 +193,10 @@ class LiveRun:
         """What is wrong now with the camera or a sink; "" when all is well."""
         outlets = self._runner.outlets
         sinks = [outlet.sink.notice for outlet in outlets]
-        recordings = [o for o in outlets if o.sink.kind == "recording"]
-        # a later recording that works shows that what ended an earlier one is over
-        while recordings and recordings[-1].error is not None:
-            recordings.pop()
         ended = [
             f"{o.sink.name}: {o.error}"
             for o in outlets
-            if o.error is not None and o not in recordings
+            if o.error is not None and o not in self._past_failures
         ]
         return "; ".join(filter(None, [self._camera.notice, *sinks, *ended]))
 

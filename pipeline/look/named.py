@@ -63,8 +63,8 @@ def look_files(place: str) -> list[Path]:
                 "photos of makeup"
             )
         return sorted([path for path in found if not is_photo(path)] or found)
-    is_file = os.path.lexists(place)  # its name may have brackets
-    matching = map(Path, [place] if is_file else glob.glob(place, recursive=True))
+    exists = os.path.lexists(place)  # its name may have brackets
+    matching = map(Path, [place] if exists else glob.glob(place, recursive=True))
     found = sorted(path for path in matching if not path.is_dir())
     if not found:
         raise LookError(

@@ -173,7 +173,10 @@ class Muxer:
                 self._copy(packet, hidden)
 
     def _copy(self, packet: Any, is_hidden: bool) -> None:
-        route = self._others.route(packet.stream.index)
+        index = packet.stream.index
+        if packet.size and index in self._others.lost_late:
+            self.drop(self._others.lost_late.pop(index))
+        route = self._others.route(index)
         if route is None or not self._is_in_clip(packet) or self._is_undecodable(packet):
             return
         stream, convert = route

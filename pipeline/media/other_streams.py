@@ -34,6 +34,7 @@ class OtherStreams:
     dropped, converted: one line for each stream that is left out, or changes its codec.
     hardly_played: one line for each copied stream that few players can play in the container.
     converters: to be flushed at the end.
+    lost_late: by index, a line about each stream of data that is lost once it sends anything.
     """
 
     def __init__(
@@ -42,6 +43,7 @@ class OtherStreams:
         self._container, self._format, self._source = container, container_format, source
         self._first_packets = first_packets
         self._routes: dict[int, tuple[Any, Convert | None]] = {}
+        self.lost_late: dict[int, str] = {}
         self.dropped: list[str] = []
         self.converted: list[str] = []
         self.hardly_played: list[str] = []
@@ -75,6 +77,9 @@ class OtherStreams:
                 )
         else:
             added = self._add_converted(stream)
+            if added is None and stream.type == "data" and self._first_packet(stream) is None:
+                self.lost_late[stream.index] = f"{label_of(stream)}: {reason}"
+                return None
             if added is None:
                 self.dropped.append(f"{label_of(stream)}: {reason}")
                 return None

@@ -6,7 +6,6 @@ from typing import Any
 import av
 import numpy as np
 from av.video.reformatter import Interpolation
-from makeup_video.pipeline.frames.display_matrix import matrix_of
 from makeup_video.pipeline.frames.frame import Frame, plane_views
 from makeup_video.pipeline.frames.orientation import UPRIGHT, Orientation
 
@@ -24,14 +23,16 @@ class SideBySide:
 
     def __call__(self, item: Any) -> Frame:
         frame: Frame = item if isinstance(item, Frame) else item.frame
-        axis, before_first = _layout(frame)
+        axis, before_first = _halves(frame.rotation_degrees, frame.is_mirrored)
         both = _room_for_two(frame, axis)
         halves = [np.array_split(plane, 2, axis) for plane in plane_views(both, frame.bit_depth)]
         # copied first: painting changes this very memory
         _fill([pair[not before_first] for pair in halves], frame)
         painted = self.paint(item)
         _fill([pair[before_first] for pair in halves], painted)
-        return Frame(both, frame.pts, frame.time_base, frame.tags, frame.rotation_degrees)
+        return Frame(
+            both, frame.pts, frame.time_base, frame.tags, frame.rotation_degrees, frame.is_mirrored
+        )
 
 
 def side_by_side(
@@ -49,16 +50,6 @@ def _halves(turn_degrees: int, is_mirrored: bool) -> tuple[int, bool]:
     """The axis of the stored picture along which the halves lie, and whether the viewer's left one
     comes first."""
     return (1 if turn_degrees % 180 == 0 else 0), (turn_degrees < 180) != is_mirrored
-
-
-def _layout(frame: Frame) -> tuple[int, bool]:
-    """Like `_halves`, for a frame, which its display matrix may also mirror."""
-    matrix = matrix_of(frame.picture)
-    if matrix is None:
-        return _halves(frame.rotation_degrees, is_mirrored=False)
-    # the stored pixel x, y is shown in column a * x + c * y
-    a, _, _, c = matrix[:4]
-    return (1, a > 0) if abs(a) >= abs(c) else (0, c > 0)
 
 
 def _room_for_two(frame: Frame, axis: int) -> av.VideoFrame:

@@ -21,6 +21,8 @@ _BITMAP = {
 _OPUS_RATE = 48000
 # The channel layouts that Opus and AAC both know; other numbers of channels are mixed down.
 _LAYOUTS = {1: "mono", 2: "stereo", 3: "3.0", 4: "quad", 5: "5.0", 6: "5.1", 7: "6.1", 8: "7.1"}
+# libopus exchanges channels of these two, so sound of 5 or 7 channels gets a silent one more.
+_OPUS_LAYOUTS = {5: "5.1", 7: "7.1"}
 
 
 def audio_codec_for(container_format: str) -> str:
@@ -31,10 +33,6 @@ def audio_codec_for(container_format: str) -> str:
 def subtitle_codec_for(container_format: str, stream: Any) -> str | None:
     """The text codec of the container; None for bitmap subtitles, which hold no text."""
     return None if stream.name in _BITMAP else _SUBTITLES.get(container_format)
-
-
-# libopus exchanges channels of these two, so they get channels without sound.
-_OPUS_LAYOUTS = {5: "5.1", 7: "7.1"}
 
 
 def can_be_mixed(source: Any) -> bool:
@@ -58,7 +56,7 @@ class AudioConverter:
     """Converts the packets of one audio stream to another codec, at the same times.
 
     The source's rate and channels may change within the stream. The output keeps those at the
-    beginning, in the usual layout for that number of channels.  source: passes `can_be_mixed`.
+    beginning, in the layout of `_layout_for`.  source: passes `can_be_mixed`.
     decoder: of the source's stream, used by nobody else.
     """
 

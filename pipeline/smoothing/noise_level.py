@@ -8,8 +8,8 @@ from makeup_video.pipeline.frames.clock import slot
 from makeup_video.pipeline.smoothing.face_space import LIPS_PART, PLACE_PART, POSE_PART
 
 # Variances of the parts of face_space.PARTS, in units of Readings. _USUAL holds until there is an
-# estimate. Estimates are at least _LEAST, because numbers are rounded, and at most _MOST, because
-# some motion is taken for noise.
+# estimate, and below 9 frames a second for good. Estimates are at least _LEAST, because numbers are
+# rounded, and at most _MOST, because some motion is taken for noise.
 _USUAL = np.array([2e-3, 2e-3, 2e-3, 2e-3, 1e-3, 2e-3, 0.02]) ** 2
 _LEAST = np.array([1.5e-4, 1.5e-4, 1.5e-4, 1.5e-4, 1e-4, 1.5e-4, 1e-3]) ** 2
 _MOST = np.array([1.2e-2, 1.2e-2, 1.2e-2, 1.2e-2, 8e-3, 1.2e-2, 0.06]) ** 2

@@ -28,7 +28,7 @@ export function showFigures(values) {
     delay == null ? null : [`${Math.round(delay)} ms latency`, delay > LATE_MS ? "alarming" : ""],
     values.level > 0 ? ["slow machine", "alarming", values.level_notice] : null,
     values.dropped > 0 ? [`${values.dropped} dropped`, "minor"] : null,
-    values.damaged > 0 ? [`${values.damaged} damaged`, "alarming"] : null,
+    values.damaged > 0 ? [`${values.damaged} damaged`, "minor"] : null,
     whyJpeg ? ["JPEG", "", whyJpeg] : null,
     values.viewers > 1 ? [`${values.viewers} viewers`, "minor"] : null,
   ];

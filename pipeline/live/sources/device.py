@@ -100,7 +100,7 @@ class DeviceCamera:
     gone, and when it is back.
     dropped: number of pictures that were old when they were read, or that were never fetched,
     counted from the call of `frames` on.
-    damaged: number of packets that could not be decoded.
+    damaged: number of packets that could not be decoded, counted likewise.
     rate: frames per second, as far as the camera declares a rate.
     notice: what the user should know now, "" when all is well.
     path: None, since no file is played.
@@ -122,7 +122,7 @@ class DeviceCamera:
         self._closing = Event()
         self._news = Condition()
         self._newest: Frame | None = None
-        self._counts_dropped = False  # from the call of `frames` on
+        self._counts = False  # from the call of `frames` on
         self._failure: Exception | None = None
         self._has_ended_well = False  # whether a JPEG since the last opening had an end marker
         container = self._open()
@@ -147,7 +147,7 @@ class DeviceCamera:
 
         This call itself starts the count of dropped frames.
         """
-        self._counts_dropped = True
+        self._counts = True
         return self._fetched()
 
     def _fetched(self) -> Generator[Frame, None, None]:
@@ -223,11 +223,11 @@ class DeviceCamera:
             stamp = None if packet.pts is None else float(packet.pts * packet.time_base)
             arrived = freshness(stamp, now, now - began)
             if not packet.size:
-                self.damaged += 1  # V4L2: so the driver reports a damaged picture
+                self.damaged += self._counts  # V4L2: so the driver reports a damaged picture
             elif arrived is not None or not independent:
                 self._decode(context, packet, now if arrived is None else arrived)
             else:
-                self.dropped += self._counts_dropped
+                self.dropped += self._counts
             del packet  # it occupies a buffer of the camera's driver
             if self._closing.is_set():
                 return
@@ -239,7 +239,7 @@ class DeviceCamera:
                 yield from device_packets(container, video, self._closing.is_set)
                 return
             except av.InvalidDataError:
-                self.damaged += 1  # V4L2: an incomplete picture
+                self.damaged += self._counts  # V4L2: an incomplete picture
 
     def _decode(self, context: Any, packet: Any, arrived: float) -> None:
         """Decode a copy of the packet.
@@ -249,16 +249,16 @@ class DeviceCamera:
         """
         data = bytes(packet)
         if not self._is_whole(context, data):
-            self.damaged += 1
+            self.damaged += self._counts
             return
         try:
             pictures = context.decode(av.Packet(data))
         except av.FFmpegError:
-            self.damaged += 1
+            self.damaged += self._counts
             return
         for picture in pictures:
             if picture.is_corrupt:
-                self.damaged += 1
+                self.damaged += self._counts
             else:
                 self._offer(self._normalise(picture, arrived))
 
@@ -276,7 +276,7 @@ class DeviceCamera:
 
     def _offer(self, frame: Frame) -> None:
         with self._news:
-            self.dropped += self._counts_dropped and self._newest is not None
+            self.dropped += self._counts and self._newest is not None
             self._newest = frame
             self._news.notify_all()
         if self.notice:

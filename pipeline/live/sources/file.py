@@ -91,7 +91,7 @@ class FileCamera:
         self._closing = Event()
         self._timeline = Timeline(float(1 / source.rate))
         self._began: float | None = None  # the monotonic time when the first frame was due
-        self._pass = 0  # of the last decoded picture; `turn` is that of the last due one
+        self._turn = 0  # of the last decoded picture; `turn` is that of the last due one
         self._is_far_behind = False
         self._plays_on_late = False  # nothing could be skipped: the next frame is due at once
 
@@ -112,7 +112,7 @@ class FileCamera:
             if self._began is None or self._plays_on_late:
                 self._began = time.monotonic() - seconds
                 self._plays_on_late = False
-            due, in_file, number = self._began + seconds, self._seconds(picture), self._pass
+            due, in_file, number = self._began + seconds, self._seconds(picture), self._turn
             frame = None if self._leaves_out(due) else self._normalise(picture, due)
             if frame is not None and self._closing.wait(max(0.0, due - time.monotonic())):
                 return
@@ -140,7 +140,7 @@ class FileCamera:
         following: VideoSource | None = None
         while not self._closing.is_set():
             self._timeline.begin_pass()
-            self._pass += 1
+            self._turn += 1
             count = 0
             try:
                 for picture in self._one_pass():
@@ -213,6 +213,7 @@ class FileCamera:
             if len(held) > _LONGEST_GOP:
                 break
         self._plays_on_late = True
+        self._turn += 1  # the sound has played on, and must go back
         return held
 
     def _leave_out(self, packets: list[Any]) -> None:

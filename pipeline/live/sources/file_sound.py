@@ -20,9 +20,9 @@ _CHANNELS = {1: "mono", 2: "stereo"}
 class Playing(Protocol):
     """How far a file has played; another thread sets this.
 
-    turn: number of the current pass over the file, from 1.
-    zero_seconds: when time 0 of the file is due in this pass, by time.monotonic(); None before the
-    first picture of the pass.
+    turn: from 1, raised by every pass over the file, and where the file plays on late.
+    zero_seconds: when time 0 of the file is due in this turn, by time.monotonic(); None before the
+    first picture of the turn.
     """
 
     turn: int
@@ -51,7 +51,7 @@ class FileSound:
             yield from self._one_turn(turn)
 
     def _next_turn(self, before: int) -> int:
-        """Wait for the pictures' next pass; 0 after `close`."""
+        """Wait for the pictures' next turn; 0 after `close`."""
         while self._playing.turn == before or self._playing.zero_seconds is None:
             if self._closing.wait(_POLL_SECONDS):
                 return 0
@@ -72,7 +72,7 @@ class FileSound:
                     samples = piece.to_ndarray()
                     zero = self._zero_of(turn)
                     if zero is None:
-                        return  # the pictures have begun another pass
+                        return  # the pictures have begun another turn
                     due = zero + seconds
                     if self._closing.wait(max(0.0, due - time.monotonic())):
                         return

@@ -58,7 +58,8 @@ _DEEP_SHADE = 2.2  # a lid darker than a fifth of the face lies in the shade, or
 _CORNERS = np.array([10, 152, EYE[0], EYE[8], RIGHT_EYE[0], RIGHT_EYE[8]])
 NUMBERS = {kind.RIGHT_EYE: 0, kind.LEFT_EYE: 1}  # of the surfaces: EYE is the wearer's right one
 _NARROWEST_PX = 4
-_SQUARE, _MOST_ASPECT = 1e-6, 4.0  # differences from square pixels that do not count
+# Pixels that are this close to squares count as squares; no pixels are longer than that.
+_SQUARE, _MOST_ASPECT = 1e-6, 4.0
 # How far, in widths of the eye, an open eye opens at least, and a shut one at most.
 _OPEN = 0.07, 0.03
 # The same curves from the inner to the outer corner, as points of the face, and the brow's lower

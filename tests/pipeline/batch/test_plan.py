@@ -109,6 +109,21 @@ def test_an_input_that_is_gone_leaves_finished_work_alone(case, tmp_path):
     assert case.plan().todo == [case.job]  # fails alone
 
 
+@pytest.mark.parametrize("other", ["look", "input", "settings"])
+def test_without_its_input_other_work_is_not_taken_for_done(case, tmp_path, other):
+    case.journal.begin(case.job)
+    case.journal.end(case.job, case.paint())
+    (tmp_path / "in.mp4").unlink()
+    (look,) = case.job.looks
+    job = {
+        "look": replace(case.job, looks=(replace(look, look=RED),)),
+        "input": replace(case.job, source=str(tmp_path / "typo.mp4")),
+        "settings": replace(case.job, settings=Settings(crf=30)),
+    }[other]
+    plan = plan_batch([job], case.journal, retry=False, overwrite=False)
+    assert plan.todo == [job] and not plan.known
+
+
 @pytest.mark.parametrize("overwrite", [False, True])
 def test_without_its_input_no_output_of_others_is_touched(case, tmp_path, overwrite):
     case.output.write_text("mine")

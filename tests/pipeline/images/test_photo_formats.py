@@ -37,8 +37,9 @@ def test_a_tag_of_the_wrong_type_is_ignored(tag, kind, value):
     np.testing.assert_array_equal(read_photo(tiff(tag, kind, value)), PIXELS)
 
 
+@pytest.mark.parametrize("with_exif", [False, True])
 @pytest.mark.parametrize("end", ["jpg", "png", "webp", "avif", "tif"])
-def test_xmp_does_not_turn_a_photo(tmp_path, end):
+def test_xmp_does_not_turn_a_photo(tmp_path, end, with_exif):
     """Viewers go by EXIF alone, and so do painting and `inspect`."""
     rgb8 = np.full((40, 64, 3), (180, 90, 60), np.uint8)
     xmp = b'<x:xmpmeta xmlns:x="adobe:ns:meta/"><a tiff:Orientation="6"/></x:xmpmeta>'
@@ -48,6 +49,9 @@ def test_xmp_does_not_turn_a_photo(tmp_path, end):
         options["pnginfo"].add_itxt("XML:com.adobe.xmp", xmp.decode())
     if end == "tif":
         options = {"tiffinfo": {700: xmp}}
+    if with_exif:
+        options["exif"] = Image.Exif()
+        options["exif"][ExifTags.Base.Make] = "a camera"
     Image.fromarray(rgb8).save(tmp_path / f"in.{end}", **options)
     with Image.open(tmp_path / f"in.{end}") as picture:
         assert picture.getexif().get(0x0112) == 6  # Pillow does

@@ -142,24 +142,21 @@ def test_figures_count_what_was_painted_and_what_sinks_took():
     assert run.figures().notice == "the camera is gone; rtmp://host does not answer"
 
 
-def outlet(name, kind, error=None):
-    sink = SimpleNamespace(name=name, kind=kind, notice="")
-    return SimpleNamespace(sink=sink, error=error)
+def outlet(name, kind="recording", error=None):
+    return SimpleNamespace(sink=SimpleNamespace(name=name, kind=kind, notice=""), error=error)
 
 
-@pytest.mark.parametrize(
-    ("outlets", "notice"),
-    [
-        ([outlet("a", "recording", "full")], "a: full"),
-        ([outlet("a", "recording", "full"), outlet("b", "recording")], ""),
-        ([outlet("a", "recording"), outlet("b", "recording", "full")], "b: full"),
-        ([outlet("a", "stream", "refused"), outlet("b", "stream")], "a: refused"),
-    ],
-)
-def test_a_failed_recording_is_told_until_a_later_one_works(outlets, notice):
-    run = LiveRun(Camera(1), RED, [])
-    run._runner.outlets = outlets
-    assert run._notice() == notice
+def test_a_failed_recording_is_told_until_another_begins(monkeypatch):
+    run, first = LiveRun(Camera(1), RED, []), outlet("a")
+    runner = run._runner
+    runner.outlets = [outlet("url", "stream", "refused"), first]
+    monkeypatch.setattr(runner, "add", lambda sink: runner.outlets.append(outlet(sink.name)))
+    first.error = "disk full"
+    assert run._notice() == "url: refused; a: disk full"
+    run.add_sink(SimpleNamespace(name="b", kind="recording"))
+    assert run._notice() == "url: refused"
+    runner.outlets[-1].error = "disk full"  # fails after it has begun
+    assert run._notice() == "url: refused; b: disk full"
 
 
 def test_pictures_that_a_sink_threw_away_do_not_count_as_sent():

@@ -40,7 +40,8 @@ def with_id3(path, at_seconds=0):
                 out.mux(packet)
             return frame
 
-        encode_frames(out, video, range(30 * at_seconds + 10), change=with_packet)
+        count = min(30 * at_seconds, 150) + 10  # at 99 s: never
+        encode_frames(out, video, range(count), change=with_packet)
     return path
 
 
@@ -52,6 +53,21 @@ def test_data_that_a_container_cannot_describe_is_dropped(tmp_path, end, at_seco
     assert [text for text in report.dropped if "timed_id3" in text and "cannot hold it" in text]
     with av.open(str(out)) as container:
         assert [stream.type for stream in container.streams] == ["video"]
+
+
+@pytest.mark.parametrize("end", [".mp4", ".mov"])
+def test_data_that_is_announced_but_never_comes_is_no_loss(tmp_path, end):
+    src = with_id3(tmp_path / "in.ts", at_seconds=99)
+    with av.open(str(src)) as container:
+        assert [stream.type for stream in container.streams] == ["video", "data"]
+    assert process_video(src, tmp_path / f"out{end}", None, Settings(strict=True)).dropped == []
+
+
+@pytest.mark.parametrize("end", [".mp4", ".mov"])
+def test_strict_refuses_data_that_comes_late_and_is_lost(tmp_path, end):
+    src = with_id3(tmp_path / "in.ts", at_seconds=5)
+    with pytest.raises(StrictError, match="timed_id3"):
+        process_video(src, tmp_path / f"out{end}", None, Settings(strict=True))
 
 
 @pytest.mark.parametrize("rate", [1, 5])

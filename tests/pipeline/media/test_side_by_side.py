@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from makeup_video.pipeline import Look, Settings, process_video, product
 from makeup_video.pipeline.frames.colour_tags import ColourTags
+from makeup_video.pipeline.frames.display_matrix import turn_and_mirror_of
 from makeup_video.pipeline.frames.frame import Frame, plane_views
 from makeup_video.pipeline.frames.orientation import ORIENTATIONS, orientation_of
 from makeup_video.pipeline.media.codecs import CODECS
@@ -137,7 +138,7 @@ def test_mirrored_videos_have_the_source_on_the_left_too(tmp_path, matrix):
         stream.set_display_matrix((a, b, 0, c, d, 0, 0, 0, 1 << 30))
         encode_frames(out, stream, range(2))
     src = decoded(tmp_path / "in.mp4")[0]
-    frame = Frame(src, 0, Fraction(1, 30), ColourTags(1, 1, 1, 1), src.rotation % 360)
+    frame = Frame(src, 0, Fraction(1, 30), ColourTags(1, 1, 1, 1), *turn_and_mirror_of(src))
     before = show(copies(src)[0])
     both = show(SideBySide(invert)(frame).planes[0])
     np.testing.assert_array_equal(both, np.concatenate([before, 255 - before], 1))

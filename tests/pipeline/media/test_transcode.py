@@ -52,34 +52,46 @@ def test_rates_that_the_codec_lacks_become_the_nearest(tmp_path, rate, kept):
 
 
 @pytest.mark.parametrize("end", ["webm", "mp4"])
-@pytest.mark.parametrize(("layout", "name"), [
-    *((layout, one.name) for layout in ("5.0", "5.1", "6.1", "7.1") for one in av.AudioLayout(layout).channels),
-])  # fmt: skip
-def test_a_converted_channel_stays_in_its_place(tmp_path, end, layout, name):
+@pytest.mark.parametrize("layout", ["5.0", "5.1", "6.1", "7.1"])
+def test_a_converted_channel_stays_in_its_place(tmp_path, end, layout):
+    """Each channel has a tone of its own, low enough for the channel of low frequencies."""
     src, dst = tmp_path / "in.mkv", tmp_path / f"out.{end}"
     names = [one.name for one in av.AudioLayout(layout).channels]
+    hertz = {name: 20 + 10 * number for number, name in enumerate(names)}
     with av.open(str(src), "w") as out:
         video = add_video(out)
         sound = out.add_stream("flac", rate=48000, layout=layout)
-        encode_frames(out, video, range(15))
-        samples = np.zeros((24000, len(names)), np.int16)
-        samples[:, names.index(name)] = 9000 * np.sin(np.arange(24000) * 0.06)
-        frame = av.AudioFrame.from_ndarray(samples.reshape(1, -1), "s16", layout)
+        encode_frames(out, video, range(30))
+        seconds = np.arange(48000)[:, None] / 48000
+        samples = 9000 * np.sin(2 * np.pi * seconds * list(hertz.values()))
+        packed = samples.astype(np.int16).reshape(1, -1)
+        frame = av.AudioFrame.from_ndarray(packed, "s16", layout)
         frame.sample_rate, frame.pts, frame.time_base = 48000, 0, Fraction(1, 48000)
         out.mux(sound.encode(frame))
         out.mux(sound.encode(None))
     process_video(src, dst)
-    with av.open(str(dst)) as container:
+    heard = tones_of(dst)
+    # side and back are one in a layout that has only one of them
+    same = {"SL": "BL", "SR": "BR"} if layout in ("5.0", "5.1") else {}
+    heard = {same.get(name, name): tone for name, tone in heard.items()}
+    if layout == "6.1" and end == "webm":  # 7.1 has no middle at the back
+        assert {heard.pop("BL"), heard.pop("BR")} == {hertz.pop("BC")}
+    assert {name: heard[name] for name in hertz} == hertz
+
+
+def tones_of(path):
+    """The loudest frequency of each channel, to 10 Hz."""
+    with av.open(str(path)) as container:
         sound = container.streams.audio[0]
         # packed: PyAV 18 takes eight planes for nine
         packed = av.AudioResampler("s16", sound.layout.name, 48000)
         pieces = [one for frame in container.decode(sound) for one in packed.resample(frame)]
-        heard = np.concatenate([one.to_ndarray().ravel() for one in pieces], dtype=float)
-        loudest = np.square(heard.reshape(-1, sound.layout.nb_channels)).sum(0).argmax()
-        got = sound.layout.channels[int(loudest)].name
-    # there is no middle at the back; and side and back are one in a layout that has only one
-    same = {"BC": ("BC", "BL", "BR"), "BL": ("BL", "SL"), "BR": ("BR", "SR")}.get(name, (name,))
-    assert got in (same if "7.1" not in layout else (name,))
+        samples = np.concatenate([one.to_ndarray().ravel() for one in pieces])
+        heard = samples.reshape(-1, sound.layout.nb_channels)[:48000]
+    spectrum = np.abs(np.fft.rfft(heard * np.hanning(len(heard))[:, None], axis=0))
+    loudest = spectrum.argmax(0) * 48000 / len(heard)
+    names = [one.name for one in sound.layout.channels]
+    return dict(zip(names, (10 * round(one / 10) for one in loudest), strict=True))
 
 
 def test_channels_without_known_places_are_dropped(tmp_path):

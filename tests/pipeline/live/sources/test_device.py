@@ -191,6 +191,7 @@ def test_a_camera_in_place_of_another_may_omit_end_markers(tmp_path, plug, monke
     plug(FakeDevice(mjpeg(tmp_path), unplugged), Endless(mjpeg(tmp_path, "b.avi"), stay.wait))
     back = threading.Event()
     camera = open_source(settings(name=None), lambda line: "back" in line and back.set())
+    camera.frames()
     assert back.wait(20) and camera.damaged == 0
     stay.set()
     camera.close()

@@ -124,6 +124,7 @@ def test_with_a_single_key_frame_a_file_plays_on_late(tmp_path, monkeypatch, fra
     now[0] += 1.5
     later = [frame.seconds for frame in playing]
     assert len(later) + 1 + camera.dropped == frames and camera.dropped < 15
+    assert camera.turn == 2  # the sound goes back as well
     assert later[0] >= 101.5 and np.diff(later) == pytest.approx(1 / 30, abs=1e-3)
 
 

@@ -63,7 +63,7 @@ def test_sound_that_is_asked_for_late_begins_with_the_present(tmp_path):
     sound = FileSound(clip, playing)
     blocks = list(itertools.islice(sound.blocks(), 150))
     begins = [block.begins_seconds - playing.zero_seconds for block in blocks]
-    assert 18 < begins[0] < 20 < begins[-1]
+    assert begins[0] > 18 and begins[-1] > 20
     loud = [at for at, block in zip(begins, blocks, strict=True) if abs(block.samples).max() > 0.3]
     assert min(abs(at - 20) for at in loud) < 0.05  # the clap at 20 s
 
@@ -72,7 +72,8 @@ def test_a_file_that_cannot_seek_plays_its_sound_on(tmp_path, monkeypatch):
     clip = clap_clip(tmp_path / "clap.mp4", 4)
     monkeypatch.setattr(file_sound, "open_container", lambda path: NoSeek(av.open(str(path))))
     sound = FileSound(clip, SimpleNamespace(turn=1, zero_seconds=time.monotonic() - 2.5))
-    assert next(sound.blocks()).begins_seconds > time.monotonic() - 1.1
+    asked = time.monotonic()
+    assert next(sound.blocks()).begins_seconds > asked - 1.001
 
 
 class NoSeek:
