@@ -77,7 +77,7 @@ def test_cheeks_that_are_hidden_have_no_flush():
 def test_a_soft_rose_is_read_on_cheeks_in_pale_light():
     worn = wearing(Layer("blush", replace(ROSE, opacity=0.15), APPLE))
     cheeks = see_cheeks(worn)
-    pale = replace(cheeks, roots=cheeks.roots * np.array([0.98, 1.1, 1.12], np.float32))
+    pale = replace(cheeks, roots=cheeks.roots * np.array([0.98, 1.14, 1.16], np.float32))
     (read,) = fit_blush(worn, pale, {})
     assert read.product.red > read.product.green + 60
     assert read.shape["height"] == APPLE["height"]
