@@ -19,7 +19,8 @@ _BITMAP = {
     "xsub",
 }
 _OPUS_RATE = 48000
-# The channel layouts that Opus and AAC both know; other numbers of channels are mixed down.
+# The channel layouts that Opus and AAC both know; other numbers of channels are mixed to _MIXED_TO.
+_MIXED_TO = "stereo"
 _LAYOUTS = {1: "mono", 2: "stereo", 3: "3.0", 4: "quad", 5: "5.0", 6: "5.1", 7: "6.1", 8: "7.1"}
 # libopus exchanges channels of these two, so sound of 5 or 7 channels gets a silent one more.
 _OPUS_LAYOUTS = {5: "5.1", 7: "7.1"}
@@ -41,14 +42,14 @@ def can_be_mixed(source: Any) -> bool:
     frame = av.AudioFrame("s16", context.layout.name, 1024)
     frame.sample_rate, frame.pts, frame.time_base = _OPUS_RATE, 0, Fraction(1, _OPUS_RATE)
     try:
-        layout = _layout_for("", context.layout.nb_channels)
+        layout = _LAYOUTS.get(context.layout.nb_channels, _MIXED_TO)
         return bool(av.AudioResampler("fltp", layout, _OPUS_RATE).resample(frame))
     except av.FFmpegError:
         return False
 
 
 def _layout_for(codec: str, channels: int) -> str:
-    usual = _LAYOUTS.get(channels, "stereo")
+    usual = _LAYOUTS.get(channels, _MIXED_TO)
     return _OPUS_LAYOUTS.get(channels, usual) if codec == "libopus" else usual
 
 

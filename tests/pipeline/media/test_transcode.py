@@ -51,6 +51,13 @@ def test_rates_that_the_codec_lacks_become_the_nearest(tmp_path, rate, kept):
     assert found == kept and 1 <= len(samples) / found <= 1 + 1024 / rate + 1024 / found
 
 
+def sound_of(samples, layout):
+    """A frame of (N, channels) samples of 16 bits at 48 kHz, from time 0."""
+    frame = av.AudioFrame.from_ndarray(samples.astype(np.int16).reshape(1, -1), "s16", layout)
+    frame.sample_rate, frame.pts, frame.time_base = 48000, 0, Fraction(1, 48000)
+    return frame
+
+
 @pytest.mark.parametrize("end", ["webm", "mp4"])
 @pytest.mark.parametrize("layout", ["5.0", "5.1", "6.1", "7.1"])
 def test_a_converted_channel_stays_in_its_place(tmp_path, end, layout):
@@ -64,10 +71,7 @@ def test_a_converted_channel_stays_in_its_place(tmp_path, end, layout):
         encode_frames(out, video, range(30))
         seconds = np.arange(48000)[:, None] / 48000
         samples = 9000 * np.sin(2 * np.pi * seconds * list(hertz.values()))
-        packed = samples.astype(np.int16).reshape(1, -1)
-        frame = av.AudioFrame.from_ndarray(packed, "s16", layout)
-        frame.sample_rate, frame.pts, frame.time_base = 48000, 0, Fraction(1, 48000)
-        out.mux(sound.encode(frame))
+        out.mux(sound.encode(sound_of(samples, layout)))
         out.mux(sound.encode(None))
     process_video(src, dst)
     heard = tones_of(dst)
@@ -100,9 +104,7 @@ def test_channels_without_known_places_are_dropped(tmp_path):
         video = add_video(out)
         sound = out.add_stream("pcm_s16le", rate=48000, layout="9 channels")
         encode_frames(out, video, range(15))
-        frame = av.AudioFrame.from_ndarray(np.zeros((1, 9 * 9600), np.int16), "s16", "9 channels")
-        frame.sample_rate, frame.pts, frame.time_base = 48000, 0, Fraction(1, 48000)
-        out.mux(sound.encode(frame))
+        out.mux(sound.encode(sound_of(np.zeros((9600, 9)), "9 channels")))
     report = process_video(src, dst)
     assert report.dropped == ["audio #1 (pcm_s16le): webm cannot hold it"]
     assert not (report.converted or report.damaged or report.skipped_packets)
